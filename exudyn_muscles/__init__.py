@@ -1,0 +1,43 @@
+"""Muscle-driven forward dynamics and the muscle recruitment problem, as a plugin for Exudyn."""
+
+from importlib.metadata import version
+
+from .errors import (
+    ExudynMusclesError,
+    ExudynMusclesWarning,
+    IncompleteRunWarning,
+    ModelError,
+    MotionError,
+    ParameterError,
+    PathWarning,
+    RecruitmentError,
+    ResultFileError,
+    SimulationError,
+    StabilityWarning,
+    UnmetTorqueError,
+    UnmetTorqueWarning,
+    WindowError,
+)
+from .methods.cmc import CMC, CMCPlugin, computed_muscle_control
+from .methods.control import RecruitmentSettings
+from .methods.cosimulation import (
+    Cosimulation,
+    CosimulationPlugin,
+    FirstIterate,
+    Predictor,
+    Scheme,
+    cosimulate,
+)
+from .methods.forward import Forward, ForwardPlugin, forward_dynamics
+from .methods.static import static_optimization
+from .model import MusculoskeletalModel
+from .motion import Motion
+from .muscle.contraction import contraction_rate, equilibrium
+from .muscle.parameters import Muscle, MuscleSet
+from .muscle.window import WindowEnd, integrate_window
+from .path.points import PathPoint
+from .recruitment.normalizers import MaximumIsometricForce, Normalizer, ReachableMaximum
+from .recruitment.optimization import Reserve, Solver
+from .result import Counts, Difference, Excitations, Status, Trajectory
+
+__version__ = version("exudyn_muscles")

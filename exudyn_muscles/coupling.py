@@ -1,0 +1,382 @@
+"""The plugin: Exudyn's user functions, commit and roll-back, Newton matrix.
+
+This is the only file that touches the running solver. What a method does at each of its events is
+in `methods/`. For one step from t_n to t_n+1 Exudyn calls
+
+    PreStep                 the step is opened, or opened again after a rejection
+    PreNewtonResidual       once before every residual: the muscles' torque is set
+    SystemJacobian          when a Newton matrix is built, at the iterate just before
+    PostStep                the step is accepted: the trial becomes the committed state
+
+and PostStep once more at the start of the run. Nothing is committed before PostStep, and every
+evaluation starts from the committed state, so that rejected steps leave no trace.
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+
+import exudyn as exu
+import numpy as np
+
+from .errors import (
+    IncompleteRunWarning,
+    ModelError,
+    MotionError,
+    ParameterError,
+    SimulationError,
+    UnmetTorqueWarning,
+)
+from .model import MusculoskeletalModel
+from .motion import Motion
+from .result import Counts, Recorder, Status, Trajectory
+
+Progress = Callable[[float], None]
+
+
+class Plugin(ABC):
+    """Muscles as part of an Exudyn simulation, through the user functions of the `mbs`.
+
+    Use it around one call of `mbs.SolveDynamic`, with any implicit solver and settings:
+
+        with plugin.attached():
+            mbs.SolveDynamic(simulationSettings, solverType=...)
+        result = plugin.result()
+
+    User functions that the `mbs` already has are called first, as before. `result` can also be read
+    after an exception: it holds what was accepted up to then.
+
+    Parameters
+    ----------
+    model : MusculoskeletalModel
+    start, end : float
+        Time span that the plugin can serve [s].
+    settings : object
+        The method's frozen settings, stored with the result.
+    motion : Motion, optional
+        What is tracked, if anything.
+    progress : callable, optional
+        Called with the time reached after every accepted step.
+    """
+
+    method: str
+    a: np.ndarray
+    F: np.ndarray
+
+    def __init__(
+        self,
+        model: MusculoskeletalModel,
+        start: float,
+        end: float,
+        settings: object,
+        motion: Motion | None,
+        progress: Progress | None,
+    ) -> None:
+        self.model = model
+        self.skeleton = model.skeleton
+        self.start_time, self.end_time = start, end
+        self.settings = settings
+        self._motion = motion
+        self._progress = progress
+        self.record: Recorder | None = None
+        self._attached = False
+
+    # What a method supplies.
+
+    @abstractmethod
+    def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Set the muscles' state `a`, `F` (m,) at the start; return their torque (n,).
+
+        `a` and `F` are the committed state from then on; only `accept` replaces them.
+        """
+
+    @abstractmethod
+    def open_step(self, t_0: float, t_1: float) -> None:
+        """A step is tried: `skeleton.start` holds q, q', q'' at `t_0`."""
+
+    @abstractmethod
+    def torque(self, t: float, first: bool) -> np.ndarray | None:
+        """The torque (n,) at Exudyn's iterate; None leaves the last one.
+
+        `first` marks Exudyn's predictor, where q'' is zero.
+        """
+
+    @abstractmethod
+    def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray | None:
+        """The tree's part of the Newton matrix (n, n) in place of Exudyn's `exact` one.
+
+        Exudyn's matrix is mass * M + dq * dR/dq + dv * dR/dq', where dq, dv < 0 are its own factors
+        and R is its right-hand side with the muscles' torque held. None leaves it as it is.
+        """
+
+    @abstractmethod
+    def accept(self, t_0: float, t_1: float) -> None:
+        """The step is accepted at the last iterate: commit and record."""
+
+    # What a user calls.
+
+    @contextmanager
+    def attached(self) -> Iterator[Plugin]:
+        """Install the plugin's user functions for one run; remove them afterwards.
+
+        Raises
+        ------
+        ModelError
+            The `mbs` has changed so that it cannot be driven, or another run is attached.
+        SimulationError
+            Exudyn gave up; the result up to then is in its `trajectory` and in `result()`.
+        Exception
+            Whatever a user function raised, as itself, with a note of time and state.
+
+        Warns
+        -----
+        IncompleteRunWarning
+            Exudyn returned before the end time.
+        UnmetTorqueWarning
+            The muscles could not deliver the demanded torque; names the coordinates.
+        """
+        if self._attached:
+            raise ModelError("the plugin is already attached: one attached() serves one run")
+        cpu = time.process_time()
+        mbs = self.model.mbs
+        self.skeleton.open()
+        self._attached = True
+        hooks = _Hooks(mbs)
+        try:
+            self._open = False
+            self._started = False
+            self._calls = 0
+            self.counts = Counts()
+            q, v = self.skeleton.initial_state()
+            self.record = Recorder(
+                self.method, self.model, self.settings, self.counts, self._motion
+            )
+            self.skeleton.apply(self.begin(q, v))
+            hooks.install(self)
+            yield self
+            self._check_finished()
+        except exu.ExudynError as error:
+            raise self._translated(error) from error.__cause__
+        finally:
+            self._attached = False
+            hooks.restore()
+            with suppress(exu.ExudynError):
+                self.skeleton.close()
+            self.record.cpu_time += time.process_time() - cpu
+        warn_of_unmet_torque(self.record)
+
+    def result(self) -> Trajectory:
+        """What was accepted so far.
+
+        Raises
+        ------
+        SimulationError
+            Nothing was simulated yet.
+        """
+        if self.record is None or not self.record.time:
+            raise SimulationError("there is no result yet: run mbs.SolveDynamic within attached()")
+        return self.record.trajectory()
+
+    # The hooks.
+
+    def pre_step(self, mbs: exu.MainSystem, t: float) -> bool:
+        """Open a step; a step still open was rejected."""
+        t_0 = mbs.systemData.GetTime(exu.ConfigurationType.StartOfStep)
+        self.counts.rejected_steps += self._open
+        self._open, self._t_0, self._last_iteration, self._calls = True, t_0, -1, 0
+        self.open_step(t_0, t)
+        return True
+
+    def pre_newton(self, mbs: exu.MainSystem, t: float, iteration: int, _: int) -> None:
+        """Set the torque that belongs to the iterate."""
+        # A restart of modified Newton repeats the iteration's number with the predictor's state.
+        first = iteration == 0 or iteration == self._last_iteration
+        self._last_iteration = iteration
+        self._calls += 1
+        self.counts.newton_iterations += not first
+        torque = self.torque(t, first)
+        if torque is not None:
+            self.apply(torque, t)
+
+    def apply(self, torque: np.ndarray, t: float) -> None:
+        """Hand the torque to Exudyn, if it is one."""
+        if not np.isfinite(torque).all():
+            raise SimulationError(f"torque {torque} at t = {t:g} s is not finite")
+        self.skeleton.apply(torque)
+
+    def system_jacobian(
+        self, mbs: exu.MainSystem, t: float, dq: float, dv: float, _: float
+    ) -> exu.MatrixContainer:
+        """What has to be added to Exudyn's own Newton matrix."""
+        solver = mbs.sys["dynamicSolver"]
+        rows = self.skeleton.rows
+        exact = solver.GetSystemJacobian()[rows]
+        mass = (1.0 - solver.alphaM) / (1.0 - solver.alphaF)
+        wanted = self.jacobian(exact[:, rows], mass, dq, dv)
+        change = np.zeros_like(exact) if wanted is None else -exact
+        if wanted is not None:
+            change[:, rows] += wanted
+        container = exu.MatrixContainer()
+        i, j = np.indices(change.shape)
+        triplets = np.stack([i.ravel() + rows.start, j.ravel(), change.ravel()], axis=1)
+        container.SetWithSparseMatrix(triplets, exact.shape[1], exact.shape[1])
+        return container
+
+    def post_step(self, mbs: exu.MainSystem, t: float) -> bool:
+        """Commit the accepted step, or check that the run starts as the plugin was told."""
+        if not self._open:
+            self._check_start(mbs, t)
+            self._point(t)
+            return True
+        if self._calls == 0:
+            raise ModelError(
+                "this solver never asked for the muscles' torque: explicit solvers cannot be used"
+            )
+        self._open = False
+        self.accept(self._t_0, t)
+        self._point(t)
+        self.counts.steps += 1
+        if self._progress is not None:
+            self._progress(t)
+        return True
+
+    def _point(self, t: float) -> None:
+        skeleton = self.skeleton
+        self.record.point(
+            t, skeleton.q.copy(), skeleton.v.copy(), skeleton.acceleration.copy(), self.a, self.F,
+            skeleton.applied,
+        )  # fmt: skip
+
+    def _check_start(self, mbs: exu.MainSystem, t: float) -> None:
+        if self._started:
+            raise ModelError(
+                "a second run began within one attached(): attach the plugin anew for every run"
+            )
+        self._started = True
+        iteration = mbs.sys["dynamicSolver"].it
+        if abs(t - self.start_time) > 1e-9:
+            raise ParameterError(
+                f"timeIntegration.startTime = {t:g} s, but the plugin's muscles start at "
+                f"{self.start_time:g} s"
+            )
+        if iteration.endTime > self.end_time + 1e-9:
+            raise MotionError(
+                f"timeIntegration.endTime = {iteration.endTime:g} s is beyond the end at "
+                f"{self.end_time:g} s"
+            )
+        # Exudyn's own q'' at the start, which the trapezoidal rule never forgets.
+        M, bias = self.skeleton.dynamics()
+        torque = self.skeleton.applied
+        a = self.skeleton.acceleration
+        lack = np.abs(M @ a + bias - torque).max()
+        if lack > 1e-6 * (np.abs(torque).max() + np.abs(bias).max() + 1.0):
+            raise ParameterError(
+                "the initial accelerations do not balance the initial torques; set "
+                "timeIntegration.generalizedAlpha.computeInitialAccelerations = True"
+            )
+
+    def _check_finished(self) -> None:
+        """Exudyn also returns True when it was stopped early."""
+        record = self.record
+        if not self._started:
+            return
+        solver = self.model.mbs.sys["dynamicSolver"]
+        reached, end = record.time[-1], solver.it.endTime
+        if reached < end - 1e-9 * max(1.0, abs(end)):
+            why = "a user function" if solver.output.simulationStoppedByUserFunction else "the user"
+            if solver.output.simulationTimeout:
+                why = "exudyn.special.solver.timeout"
+            record.message = f"stopped by {why} at t = {reached:g} s before {end:g} s"
+            warnings.warn(record.message, IncompleteRunWarning, stacklevel=4)
+        else:
+            record.status = Status.COMPLETE
+
+    def _translated(self, error: exu.ExudynError) -> BaseException:
+        """The exception that a user function raised, or Exudyn's own as a SimulationError."""
+        cause = error.__cause__
+        where = self._where()
+        if cause is None:
+            translated = SimulationError(f"Exudyn gave up {where}: {error}")
+        else:
+            translated = cause
+            translated.add_note(f"raised in the simulation {where}")
+        self.record.message = f"{type(translated).__name__} {where}: {translated}"
+        if self.record.time:
+            translated.trajectory = self.record.trajectory()
+        return translated
+
+    def _where(self) -> str:
+        data = self.model.mbs.systemData
+        reached = self.record.time[-1] if self.record.time else self.start_time
+        return (
+            f"at t = {data.GetTime():.6g} s (accepted up to {reached:.6g} s), "
+            f"q = {np.array2string(self.skeleton.q, precision=5)}, "
+            f"q' = {np.array2string(self.skeleton.v, precision=5)}"
+        )
+
+
+def warn_of_unmet_torque(record: Recorder) -> None:
+    """One UnmetTorqueWarning for a whole run, if there is anything to say."""
+    if record.fell_short:
+        text = record.trajectory().unmet_torque_report()
+        warnings.warn(f"unmet torque: {text}", UnmetTorqueWarning, stacklevel=4)
+
+
+class _Hooks:
+    """The user functions that the `mbs` had, and the plugin's in front of the solver."""
+
+    NAMES = ("PreStep", "PreNewtonResidual", "SystemJacobian", "PostStep")
+
+    def __init__(self, mbs: exu.MainSystem) -> None:
+        self._mbs = mbs
+        self._before = {}
+        for name in self.NAMES:
+            stored = getattr(mbs, f"Get{name}UserFunction")()
+            self._before[name] = stored["function"] if isinstance(stored, dict) else stored
+        if self._before["SystemJacobian"]:
+            raise ModelError(
+                "the mbs has a SystemJacobian user function; the plugin needs this one for itself"
+            )
+
+    def install(self, plugin: Plugin) -> None:
+        own = {
+            "PreStep": plugin.pre_step,
+            "PreNewtonResidual": plugin.pre_newton,
+            "SystemJacobian": plugin.system_jacobian,
+            "PostStep": plugin.post_step,
+        }
+        for name, function in own.items():
+            chained = _chained(name, self._before[name], function)
+            getattr(self._mbs, f"Set{name}UserFunction")(chained)
+
+    def restore(self) -> None:
+        for name, function in self._before.items():
+            getattr(self._mbs, f"Set{name}UserFunction")(function)
+
+
+def _chained(name: str, before: Callable | int, own: Callable) -> Callable:
+    """The user's own function first, then the plugin's."""
+    if not before:
+        return own
+    if name == "PreNewtonResidual":
+
+        def both(*arguments):
+            before(*arguments)
+            own(*arguments)
+
+        return both
+
+    def checked(*arguments):
+        proceed = before(*arguments)
+        if proceed is None:
+            raise ModelError(
+                f"the {name} user function of the mbs returned None, on which Exudyn would stop "
+                "without a word; return True to go on or False to stop"
+            )
+        return own(*arguments) and bool(proceed)
+
+    return checked

@@ -1,0 +1,65 @@
+"""Every exception and warning of the package.
+
+All exceptions derive from `ExudynMusclesError`. Those that report bad input also derive from
+`ValueError`, those that report a failure while running from `RuntimeError`.
+"""
+
+from __future__ import annotations
+
+
+class ExudynMusclesError(Exception):
+    """Root of all exceptions of this package."""
+
+
+class ParameterError(ExudynMusclesError, ValueError):
+    """A muscle, path, model or setting has a value outside its allowed range."""
+
+
+class MotionError(ExudynMusclesError, ValueError):
+    """A motion cannot be built, or is asked for a time outside its range."""
+
+
+class ModelError(ExudynMusclesError, ValueError):
+    """The Exudyn system is not one that the plugin can drive."""
+
+
+class ResultFileError(ExudynMusclesError, ValueError):
+    """A stored result is damaged or was written by an unknown version."""
+
+
+class WindowError(ExudynMusclesError, RuntimeError):
+    """The muscle equations could not be integrated over a time step."""
+
+
+class RecruitmentError(ExudynMusclesError, RuntimeError):
+    """No solver gave a recruitment whose optimality residuals are acceptable."""
+
+
+class UnmetTorqueError(RecruitmentError):
+    """The muscles cannot deliver the demanded torque and the settings ask for an error."""
+
+
+class SimulationError(ExudynMusclesError, RuntimeError):
+    """A simulation stopped before its end; what was accepted is in `trajectory` if not None."""
+
+    trajectory = None
+
+
+class ExudynMusclesWarning(UserWarning):
+    """Root of all warnings of this package."""
+
+
+class UnmetTorqueWarning(ExudynMusclesWarning):
+    """In some steps the muscles could not deliver the demanded torque."""
+
+
+class StabilityWarning(ExudynMusclesWarning):
+    """Gains and step lie outside the stability limit of the simplified co-simulation."""
+
+
+class PathWarning(ExudynMusclesWarning):
+    """A muscle path cannot act on the skeleton."""
+
+
+class IncompleteRunWarning(ExudynMusclesWarning):
+    """Exudyn returned before the end time without raising an exception."""

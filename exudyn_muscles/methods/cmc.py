@@ -1,0 +1,152 @@
+"""Computed muscle control in the unified mode, section 5 of the paper.
+
+Every window: controller accelerations (12) from the errors at its start, torques by (6) at the desired
+state at its end, force limits, optimization, excitations. Within the window skeleton and muscles are
+integrated together with the excitations held, as in forward dynamics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..model import MusculoskeletalModel
+from ..motion import Motion, check_motion
+from ..path.geometry import Geometry
+from ..result import Trajectory
+from .control import Tracking, TrackingSettings, check_step
+from .recruiting import MuscleOptimization
+from .run import number_of_steps, simulate
+from .unified import UnifiedPlugin
+
+
+@dataclass(frozen=True, kw_only=True)
+class CMC(TrackingSettings):
+    """Settings of `computed_muscle_control` and `CMCPlugin`.
+
+    Parameters
+    ----------
+    window : float
+        Length of the windows with held excitations [s].
+    step : float
+        Step of skeleton and muscles [s]; with the plugin, Exudyn's settings decide.
+    """
+
+    window: float = 0.01
+    step: float = 0.001
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_step("window", self.window)
+        check_step("step", self.step)
+
+
+def computed_muscle_control(
+    model: MusculoskeletalModel,
+    motion: Motion,
+    *,
+    settings: CMC = CMC(),  # noqa: B008 (frozen)
+    progress: Callable[[float], None] | None = None,
+) -> Trajectory:
+    """Track a motion by computed muscle control.
+
+    Starts at the motion's first state and runs to the end of its last whole window.
+
+    Parameters
+    ----------
+    model : MusculoskeletalModel
+    motion : Motion
+        Of the model's n coordinates.
+    settings : CMC
+    progress : callable, optional
+        Called with the time reached after every step.
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    MotionError, ModelError, ParameterError
+        Bad input, before anything is simulated.
+    SimulationError, WindowError, RecruitmentError
+        In the middle; the result up to then is the exception's `trajectory`.
+
+    Warns
+    -----
+    UnmetTorqueWarning
+        The muscles could not deliver the demanded torques; names the coordinates.
+    """
+    windows = number_of_steps(motion.start, motion.end, settings.window)
+    plugin = CMCPlugin(model, motion, settings, progress=progress)
+    plugin.end_time = motion.start + windows * settings.window
+    return simulate(plugin, settings.step, motion(motion.start)[:2])
+
+
+class CMCPlugin(UnifiedPlugin):
+    """Computed muscle control in the user's own run of `mbs.SolveDynamic`; see `Plugin`.
+
+    The run starts from the initial state of the `mbs` at the motion's start, or at `start`. A window
+    begins with the first step that starts at or after the end of the one before.
+
+    Parameters
+    ----------
+    model : MusculoskeletalModel
+    motion : Motion
+    settings : CMC
+    start : float, optional
+        startTime of the run [s]; the motion's start if left out.
+    progress : callable, optional
+    """
+
+    method = "cmc"
+
+    def __init__(
+        self,
+        model: MusculoskeletalModel,
+        motion: Motion,
+        settings: CMC = CMC(),  # noqa: B008 (frozen)
+        *,
+        start: float | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> None:
+        check_motion(motion, model.coordinates)
+        start = motion.start if start is None else start
+        super().__init__(model, start, motion.end, settings, motion, progress)
+        model.check_tendons(motion(np.linspace(start, motion.end, 101))[0])
+        self._motion = motion
+
+    def start_muscles(
+        self, q: np.ndarray, v: np.ndarray, geometry: Geometry
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        t = self.start_time
+        self._muscles = MuscleOptimization(self.model, self.settings, self.counts)
+        self._tracking = Tracking(self._motion, self.settings)
+        M, bias = self.skeleton.dynamics_at(q, v, t)
+        Q_m = M @ self._tracking.acceleration(t, t, q, v) + bias
+        self._window_end = t
+        a, F, self._reserve_1 = self._muscles.start(geometry, Q_m, self.record, t)
+        return a, F, self._reserve_1
+
+    def controls(self, t_0: float, t_1: float) -> tuple[np.ndarray, np.ndarray]:
+        if t_0 >= self._window_end - 1e-9:
+            self._open_window(t_0)
+        share = (t_1 - self._window_start) / (self._window_end - self._window_start)
+        return self._held, self._reserve_0 + share * (self._reserve_1 - self._reserve_0)
+
+    def _open_window(self, t_0: float) -> None:
+        """Excitations from the state at `t_0`, held over the window."""
+        tracking, skeleton = self._tracking, self.skeleton
+        t_1 = min(t_0 + self.settings.window, self._motion.end)
+        q, v, _ = skeleton.start
+        a_cmc = tracking.acceleration(t_1, t_0, q, v)  # (12)
+        q_d, v_d, _ = tracking.desired(t_1)
+        M, bias = skeleton.dynamics_at(q_d, v_d, t_1)
+        Q_m = M @ a_cmc + bias  # (14) with the sign of (6)
+        self._muscles.open(self.a, self.F, self.geometry, t_1 - t_0)
+        recruitment = self._muscles.recruit(self.model.geometry(q_d, v_d), Q_m, t_1)
+        self._held = self._muscles.excite(self.record, t_1).excitation
+        self._window_start, self._window_end = t_0, t_1
+        self._reserve_0, self._reserve_1 = self._reserve_1, recruitment.reserve

@@ -1,0 +1,104 @@
+"""What the skeleton is asked to do: feedback around the desired motion, and its settings."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..motion import Motion
+from ..muscle.window import DEFAULT_TOLERANCE, check_tolerance
+from ..recruitment.normalizers import Normalizer, ReachableMaximum
+from ..recruitment.optimization import Solver
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecruitmentSettings:
+    """How forces are found, common to static optimization, CMC and co-simulation.
+
+    Parameters
+    ----------
+    normalizer : Normalizer
+        Of the objective (10); the reachable maximum as in the paper.
+    solver : Solver
+        Of the quadratic program.
+    window_tolerance : float
+        Of the muscle integration, over F0.
+    raise_on_unmet_torque : bool
+        Stop with UnmetTorqueError instead of recording and going on.
+
+    Raises
+    ------
+    ParameterError
+        A value is outside its range; names it.
+    """
+
+    normalizer: Normalizer = ReachableMaximum()
+    solver: Solver = Solver.DAQP
+    window_tolerance: float = DEFAULT_TOLERANCE
+    raise_on_unmet_torque: bool = False
+
+    def __post_init__(self) -> None:
+        check_tolerance(self.window_tolerance)
+        if not isinstance(self.solver, Solver):
+            raise ParameterError(f"solver = {self.solver!r} is not one of {list(Solver)}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackingSettings(RecruitmentSettings):
+    """Feedback gains, common to CMC and co-simulation.
+
+    Parameters
+    ----------
+    kp : float
+        Position gain [1/s^2]; 100 as usual in OpenSim.
+    kv : float, optional
+        Velocity gain [1/s]; 2 sqrt(kp) if left out, critical damping.
+    """
+
+    kp: float = 100.0
+    kv: float | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, value in (("kp", self.kp), ("kv", self.velocity_gain)):
+            if not 0.0 <= value < math.inf:
+                raise ParameterError(f"{name} = {value!r} is outside [0, inf)")
+
+    @property
+    def velocity_gain(self) -> float:
+        """k_v [1/s]."""
+        if self.kv is None:
+            return 2.0 * math.sqrt(self.kp) if self.kp >= 0.0 else math.nan
+        return self.kv
+
+
+def check_step(name: str, value: float) -> None:
+    """Raise ParameterError unless a time step or window is positive and at most 1 s."""
+    if not 1e-6 <= value <= 1.0:
+        raise ParameterError(f"{name} = {value!r} s is outside [1e-6, 1]")
+
+
+class Tracking:
+    """The control law, evaluated once a step where it depends on time alone."""
+
+    def __init__(self, motion: Motion, settings: TrackingSettings) -> None:
+        self._motion = motion
+        self._time = math.nan
+        self.kp, self.kv = settings.kp, settings.velocity_gain
+
+    def desired(self, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """q_d, q_d', q_d'' (n,) at `t`."""
+        if t != self._time:
+            self._time, self._desired = t, self._motion(t)
+        return self._desired
+
+    def acceleration(
+        self, t: float, t_error: float, q: np.ndarray, v: np.ndarray
+    ) -> np.ndarray:
+        """q_d''(t) + k_v e' + k_p e with the errors of `q`, `v` at `t_error`: (12) and (15)."""
+        _, _, a_d = self.desired(t)
+        q_d, v_d, _ = self.desired(t_error) if t_error != t else self._desired
+        return a_d + self.kv * (v_d - v) + self.kp * (q_d - q)

@@ -1,0 +1,145 @@
+"""Forward dynamics: skeleton and muscles under given excitations, in the unified mode."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..model import MusculoskeletalModel
+from ..muscle.contraction import equilibrium_forces
+from ..path.geometry import Geometry
+from ..result import Excitations, Trajectory
+from .control import check_step
+from .run import simulate
+from .unified import UnifiedPlugin
+
+
+@dataclass(frozen=True, kw_only=True)
+class Forward:
+    """Settings of `forward_dynamics` and `ForwardPlugin`.
+
+    Parameters
+    ----------
+    step : float
+        Step of skeleton and muscles [s]; with the plugin, Exudyn's settings decide.
+    """
+
+    step: float = 0.001
+
+    def __post_init__(self) -> None:
+        check_step("step", self.step)
+
+
+def forward_dynamics(
+    model: MusculoskeletalModel,
+    excitations: Excitations,
+    *,
+    settings: Forward = Forward(),  # noqa: B008 (frozen)
+    progress: Callable[[float], None] | None = None,
+) -> Trajectory:
+    """Simulate skeleton and muscles under given excitations.
+
+    Starts at the excitations' `initial` state; without one, at the initial state of the `mbs` with
+    muscles in the steady state of the first excitations.
+
+    Parameters
+    ----------
+    model : MusculoskeletalModel
+    excitations : Excitations
+        Of the model's m muscles; clipped below at the minimum activations.
+    settings : Forward
+    progress : callable, optional
+        Called with the time reached after every step.
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    ParameterError, ModelError
+        Bad input, before anything is simulated.
+    SimulationError, WindowError
+        In the middle; the result up to then is the exception's `trajectory`.
+    """
+    plugin = ForwardPlugin(model, excitations, settings, progress=progress)
+    initial = excitations.initial
+    return simulate(plugin, settings.step, None if initial is None else initial[:2])
+
+
+class ForwardPlugin(UnifiedPlugin):
+    """Given excitations in the user's own run of `mbs.SolveDynamic`; see `Plugin`.
+
+    The run starts from the initial state of the `mbs`, the muscles from the excitations' `initial`
+    state or in the steady state of the first excitations.
+
+    Parameters
+    ----------
+    model : MusculoskeletalModel
+    excitations : Excitations
+        They span the times that can be simulated.
+    settings : Forward
+    progress : callable, optional
+    """
+
+    method = "forward"
+
+    def __init__(
+        self,
+        model: MusculoskeletalModel,
+        excitations: Excitations,
+        settings: Forward = Forward(),  # noqa: B008 (frozen)
+        *,
+        progress: Callable[[float], None] | None = None,
+    ) -> None:
+        time, values = excitations.time, excitations.values
+        if values.shape[1] != len(model.muscles):
+            raise ParameterError(
+                f"excitations of {values.shape[1]} muscles for a model with {len(model.muscles)}"
+            )
+        if excitations.reserves.shape[1] != len(model.reserves):
+            raise ParameterError(
+                f"excitations with {excitations.reserves.shape[1]} reserves for a model with "
+                f"{len(model.reserves)}"
+            )
+        if (values > 1.0).any() or (values < 0.0).any():
+            k, i = np.argwhere((values > 1.0) | (values < 0.0))[0]
+            raise ParameterError(
+                f"muscle '{model.muscles.names[i]}': excitation {values[k, i]:g} at "
+                f"t = {time[k]:g} s is outside [0, 1]"
+            )
+        super().__init__(model, float(time[0]), float(time[-1]), settings, None, progress)
+        self._excitations = excitations
+        self._u = np.maximum(values, model.muscles.minimum_activation)
+
+    def start_muscles(
+        self, q: np.ndarray, v: np.ndarray, geometry: Geometry
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        given = self._excitations
+        self._record_given()
+        if given.initial is not None:
+            a, F = (np.array(x, dtype=float) for x in given.initial[2:])
+        else:
+            a = self._u[0]
+            F = equilibrium_forces(self.model.muscles.table, a, geometry.length)
+        return a, F, given.reserves[0]
+
+    def controls(self, t_0: float, t_1: float) -> tuple[np.ndarray, np.ndarray]:
+        given = self._excitations
+        k = given.window(0.5 * (t_0 + t_1))
+        share = (t_1 - given.time[k]) / (given.time[k + 1] - given.time[k])
+        return self._u[k], given.reserves[k] + share * (given.reserves[k + 1] - given.reserves[k])
+
+    def _record_given(self) -> None:
+        """All windows at once; nothing was demanded and no bounds were computed."""
+        given, n = self._excitations, len(self.model.coordinates)
+        unknown, nowhere = np.full(len(self.model.muscles), np.nan), np.full(n, np.nan)
+        self.record.start(self.start_time, given.reserves[0], np.zeros(n))
+        for k, u in enumerate(self._u):
+            self.record.window(
+                given.time[k + 1], given.reserves[k + 1], u, nowhere, np.zeros(n),
+                unknown, unknown, unknown,
+            )  # fmt: skip

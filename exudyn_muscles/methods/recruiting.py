@@ -1,0 +1,86 @@
+"""The muscle optimization that all methods share: the dark blocks of the paper's flowcharts.
+
+    start     forces and activations at the start of the run
+    open      a window from the committed muscle state
+    recruit   force limits (8), (9) and optimization (10) for a torque at the window's end
+    excite    root solver (11): excitations, and the state they end in
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import UnmetTorqueError
+from ..model import MusculoskeletalModel
+from ..path.geometry import Geometry
+from ..recruitment.bounds import Excitation, ReachableForces, steady_bounds, steady_state
+from ..recruitment.optimization import Recruiter, Recruitment
+from ..result import Counts, Recorder
+from .control import RecruitmentSettings
+
+
+class MuscleOptimization:
+    """Recruitment over windows for one run."""
+
+    def __init__(
+        self, model: MusculoskeletalModel, settings: RecruitmentSettings, counts: Counts
+    ) -> None:
+        self._model = model
+        self._settings = settings
+        self._counts = counts
+        self._forces = ReachableForces(model.muscles, settings.window_tolerance)
+        self._recruiter = Recruiter(model.coordinates, model.reserves, settings.solver)
+
+    def start(
+        self, geometry: Geometry, Q_m: np.ndarray, record: Recorder, t: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Activations, forces (m,) and reserves (r,) of the steady state that serves `Q_m` best."""
+        low, high = steady_bounds(self._model.muscles, geometry.length)
+        recruitment = self._optimize(geometry.moment_arms, Q_m, low, high, t)
+        a, F = steady_state(self._model.muscles, recruitment.force, geometry.length)
+        record.start(t, recruitment.reserve, recruitment.unmet)
+        return a, F, recruitment.reserve
+
+    def open(self, a: np.ndarray, F: np.ndarray, geometry: Geometry, h: float) -> None:
+        """Begin a window of length `h` at the committed state."""
+        self._forces.open(a, F, geometry.length, geometry.lengthening_speed, h)
+
+    def recruit(self, geometry: Geometry, Q_m: np.ndarray, t: float) -> Recruitment:
+        """Force limits and optimization for the torque `Q_m` at the window's end `t`."""
+        self._low, self._high = self.limit(geometry)
+        self._demanded = Q_m
+        self._recruitment = self._optimize(geometry.moment_arms, Q_m, self._low, self._high, t)
+        return self._recruitment
+
+    def limit(self, geometry: Geometry) -> tuple[np.ndarray, np.ndarray]:
+        """Force limits (8), (9) at the window's end."""
+        before = self._forces.integrations
+        limits = self._forces.bounds(geometry.length, geometry.lengthening_speed)
+        self._counts.window_integrations += self._forces.integrations - before
+        return limits
+
+    def excite(self, record: Recorder, t: float) -> Excitation:
+        """Excitations for the last recruitment; records the window that ends at `t`."""
+        before = self._forces.integrations
+        excitation = self._forces.excite(self._recruitment.force)
+        self._counts.window_integrations += self._forces.integrations - before
+        force, reserve, _, unmet, _ = self._recruitment
+        record.window(
+            t, reserve, excitation.excitation, self._demanded, unmet, self._low, force, self._high
+        )
+        return excitation
+
+    def _optimize(
+        self, r: np.ndarray, Q_m: np.ndarray, low: np.ndarray, high: np.ndarray, t: float
+    ) -> Recruitment:
+        N = self._settings.normalizer(self._model.muscles, high)
+        recruitment = self._recruiter.solve(r, Q_m, low, high, N)
+        self._counts.recruitments += 1
+        if self._settings.raise_on_unmet_torque and recruitment.unmet.any():
+            short = {
+                name: float(x)
+                for name, x in zip(self._model.coordinates, recruitment.unmet, strict=True)
+                if x
+            }
+            raise UnmetTorqueError(f"torque out of reach at t = {t:g} s, short by {short}")
+        return recruitment

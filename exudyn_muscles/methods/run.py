@@ -1,0 +1,65 @@
+"""One run of Exudyn's implicit trapezoidal solver with a plugin, as the methods use it."""
+
+from __future__ import annotations
+
+import math
+
+import exudyn as exu
+import numpy as np
+
+from ..coupling import Plugin
+from ..errors import ParameterError
+from ..result import Trajectory
+
+# Far below any torque of interest and above the rounding of the recruited torques (1e-12 N m).
+ABSOLUTE_TOLERANCE = 1e-9
+RELATIVE_TOLERANCE = 1e-9
+
+
+def number_of_steps(start: float, end: float, step: float) -> int:
+    """Whole steps in the span; a last incomplete one is left out.
+
+    Raises
+    ------
+    ParameterError
+        Not even one step fits.
+    """
+    steps = math.floor((end - start) / step * (1.0 + 1e-12) + 1e-9)
+    if steps < 1:
+        raise ParameterError(f"step = {step:g} s is longer than the span of {end - start:g} s")
+    return steps
+
+
+def simulate(
+    plugin: Plugin, step: float, initial: tuple[np.ndarray, np.ndarray] | None
+) -> Trajectory:
+    """Run the plugin over its whole span in fixed steps from `initial` q, q', or the mbs's own.
+
+    The initial state of the user's `mbs` is as before afterwards.
+    """
+    skeleton = plugin.skeleton
+    skeleton.check_assembled()
+    steps = number_of_steps(plugin.start_time, plugin.end_time, step)
+    settings = exu.SimulationSettings()
+    integration = settings.timeIntegration
+    integration.startTime = plugin.start_time
+    integration.endTime = plugin.start_time + steps * step
+    integration.numberOfSteps = steps
+    integration.minimumStepSize = step / 1024
+    integration.verboseMode = 0
+    integration.newton.useModifiedNewton = False
+    integration.newton.relativeTolerance = RELATIVE_TOLERANCE
+    integration.newton.absoluteTolerance = ABSOLUTE_TOLERANCE
+    settings.solution.file.write = False
+    settings.solution.sensors.writePeriod = step
+    before = skeleton.initial_state()
+    if initial is not None:
+        skeleton.set_initial_state(*initial)
+    try:
+        with plugin.attached():
+            skeleton.mbs.SolveDynamic(
+                settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2
+            )
+    finally:
+        skeleton.set_initial_state(*before)
+    return plugin.result()

@@ -1,0 +1,100 @@
+"""Physiological static optimization, section 4 of the paper.
+
+At every step: inverse dynamics (6) of the desired motion, force limits (8), (9), optimization (10),
+excitations (11). The skeleton is not integrated.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from ..coupling import warn_of_unmet_torque
+from ..model import MusculoskeletalModel
+from ..motion import Motion, check_motion
+from ..result import Counts, Recorder, Status, Trajectory
+from .control import RecruitmentSettings, check_step
+from .recruiting import MuscleOptimization
+from .run import number_of_steps
+
+
+def static_optimization(
+    model: MusculoskeletalModel,
+    motion: Motion,
+    *,
+    step: float = 0.01,
+    settings: RecruitmentSettings = RecruitmentSettings(),  # noqa: B008 (frozen)
+    progress: Callable[[float], None] | None = None,
+) -> Trajectory:
+    """Forces, activations and excitations of the desired motion, without a forward simulation.
+
+    Parameters
+    ----------
+    model : MusculoskeletalModel
+    motion : Motion
+        Of the model's n coordinates.
+    step : float
+        Length of the windows [s]; a last incomplete one is left out.
+    settings : RecruitmentSettings
+    progress : callable, optional
+        Called with the time reached after every step.
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    MotionError, ModelError, ParameterError
+        Bad input, before anything is computed.
+    WindowError, RecruitmentError
+        In the middle; the result up to then is the exception's `trajectory`.
+
+    Warns
+    -----
+    UnmetTorqueWarning
+        The muscles cannot deliver the motion's torques; names the coordinates.
+    """
+    check_step("step", step)
+    check_motion(motion, model.coordinates)
+    cpu = time.process_time()
+    steps = number_of_steps(motion.start, motion.end, step)
+    times = motion.start + step * np.arange(steps + 1)
+    q_d, v_d, a_d = motion(times)
+    model.check_tendons(q_d)
+    counts = Counts()
+    record = Recorder("static", model, settings, counts, motion)
+    muscles = MuscleOptimization(model, settings, counts)
+    skeleton = model.skeleton
+    skeleton.open()
+    try:
+        for n, t in enumerate(times):
+            geometry = model.geometry(q_d[n], v_d[n])
+            M, bias = skeleton.dynamics_at(q_d[n], v_d[n], t)
+            Q_m = M @ a_d[n] + bias  # (6)
+            if n == 0:
+                a, F, reserve = muscles.start(geometry, Q_m, record, t)
+                torque = model.torque(geometry, F, reserve)
+            else:
+                muscles.open(a, F, previous, times[n] - times[n - 1])
+                torque = muscles.recruit(geometry, Q_m, t).torque
+                _, a, F = muscles.excite(record, t)
+                counts.steps += 1
+            record.point(t, q_d[n], v_d[n], a_d[n], a, F, torque)
+            previous = geometry
+            if progress is not None:
+                progress(t)
+        record.status = Status.COMPLETE
+    except BaseException as error:
+        error.add_note(f"raised at t = {t:g} s of the static optimization")
+        record.message = f"{type(error).__name__} at t = {t:g} s: {error}"
+        if record.time:
+            error.trajectory = record.trajectory()
+        raise
+    finally:
+        skeleton.close()
+        record.cpu_time = time.process_time() - cpu
+    warn_of_unmet_torque(record)
+    return record.trajectory()

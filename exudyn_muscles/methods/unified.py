@@ -1,0 +1,114 @@
+"""The unified mode: skeleton and muscles integrated together, with given or computed excitations.
+
+In every Newton iteration of Exudyn's solver each muscle takes one trapezoidal step from its committed
+state to the iterate's l, l'; its force enters the iterate's torque. At convergence this is the
+trapezoidal rule for skeleton and muscles as one system, with the muscles' unknowns eliminated.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable
+
+import numpy as np
+from numba import njit
+
+from ..coupling import Plugin
+from ..errors import WindowError
+from ..model import MusculoskeletalModel
+from ..motion import Motion
+from ..muscle.window import step
+from ..path.geometry import Geometry, path_geometry, path_tables
+
+
+@njit(cache=True, error_model="numpy")
+def unified_step(
+    table, joints, parents, rotations, offsets, base, reference, positions, links, starts,
+    q, v, a_0, F_0, u, l_0, v_0, h, a, F, l, l_t, r, torque, F_l, F_v,
+):  # fmt: skip
+    """One step of all muscles to the iterate q, q'; writes everything after `h`.
+
+    Returns the first muscle whose step failed, or -1.
+    """
+    path_geometry(
+        joints, parents, rotations, offsets, base, reference, positions, links, starts, q, v, l, l_t, r
+    )
+    torque[:] = 0.0
+    for i in range(u.size):
+        converged, a[i], F[i], F_l[i], F_v[i] = step(
+            table, i, a_0[i], F_0[i], u[i], l_0[i], v_0[i], l[i], l_t[i], h
+        )
+        if not converged:
+            return i
+        if F[i] > 0.0:
+            for j in range(q.size):
+                torque[j] += r[i, j] * F[i]
+        else:  # a slack tendon does not push
+            F_l[i], F_v[i] = 0.0, 0.0
+    return -1
+
+
+class UnifiedPlugin(Plugin):
+    """One trapezoidal step of the muscles in every Newton iteration of the skeleton."""
+
+    def __init__(
+        self,
+        model: MusculoskeletalModel,
+        start: float,
+        end: float,
+        settings: object,
+        motion: Motion | None,
+        progress: Callable[[float], None] | None,
+    ) -> None:
+        super().__init__(model, start, end, settings, motion, progress)
+        m, n = len(model.muscles), len(model.coordinates)
+        self._tables = (model.muscles.table, *path_tables(model.skeleton.tree, model.paths))
+        # Work space of the trial step: a, F, l, l', r, torque, dF/dl, dF/dl'. What is committed is
+        # copied out of it.
+        self._trial = tuple(np.empty(shape) for shape in (m, m, m, m, (m, n), n, m, m))
+
+    @abstractmethod
+    def start_muscles(
+        self, q: np.ndarray, v: np.ndarray, geometry: Geometry
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Activations, forces (m,) and reserve torques (r,) at the start; opens the record."""
+
+    @abstractmethod
+    def controls(self, t_0: float, t_1: float) -> tuple[np.ndarray, np.ndarray]:
+        """Excitations (m,) over the step and reserve torques (r,) at its end."""
+
+    def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        self.geometry = self.model.geometry(q, v)
+        self.a, self.F, reserve = self.start_muscles(q, v, self.geometry)
+        return self.model.torque(self.geometry, self.F, reserve)
+
+    def open_step(self, t_0: float, t_1: float) -> None:
+        self._h = t_1 - t_0
+        u, reserve = self.controls(t_0, t_1)
+        length, speed, _ = self.geometry
+        self._start = (self.a, self.F, u, length, speed, self._h)
+        self._reserve_torque = self.model.reserve_columns @ reserve if reserve.size else None
+
+    def torque(self, t: float, first: bool) -> np.ndarray:
+        skeleton = self.skeleton
+        failed = unified_step(
+            *self._tables, skeleton.q, skeleton.v, *self._start, *self._trial
+        )
+        if failed >= 0:
+            raise WindowError(
+                f"muscle '{self.model.muscles.names[failed]}': no step of {self._h:g} s from "
+                f"activation {self.a[failed]:.4g}, force {self.F[failed]:.4g} N"
+            )
+        torque = self._trial[5].copy()
+        if self._reserve_torque is not None:
+            torque += self._reserve_torque
+        return torque
+
+    def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
+        # dF/dq = -F_l r and dF/dq' = -F_v r; how r changes matters little within a step.
+        _, _, _, _, r, _, F_l, F_v = self._trial
+        return exact - (r.T * (dq * F_l + dv * F_v)) @ r
+
+    def accept(self, t_0: float, t_1: float) -> None:
+        a, F, length, speed, r = (x.copy() for x in self._trial[:5])
+        self.a, self.F, self.geometry = a, F, Geometry(length, speed, r)

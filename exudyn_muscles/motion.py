@@ -1,0 +1,203 @@
+"""The desired motion q_d(t), q_d'(t), q_d''(t) of all coordinates.
+
+Coordinates are Exudyn's, in rad and m, in the order of the tree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import BPoly, BSpline, make_interp_spline
+from scipy.signal import butter, sosfiltfilt
+
+from .errors import MotionError
+
+DEGREE = 5  # quintic: the accelerations are smooth
+
+
+class Motion:
+    """A desired motion of n coordinates over a time span.
+
+    Build one with `from_waypoints`, `from_samples` or `from_arrays`.
+
+    Attributes
+    ----------
+    start, end : float
+        Time span [s].
+    """
+
+    def __init__(self, times: np.ndarray, curve: BSpline | BPoly) -> None:
+        self._curves = (curve, curve.derivative(), curve.derivative(2))
+        self.start, self.end = float(times[0]), float(times[-1])
+
+    def __len__(self) -> int:
+        """Number of coordinates."""
+        return self._curves[0](self.start).size
+
+    def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """q_d, q_d' and q_d'' at the times `t`.
+
+        Parameters
+        ----------
+        t : float or (k,) array_like
+            Times [s].
+
+        Returns
+        -------
+        tuple of three (n,) or (k, n) ndarray
+
+        Raises
+        ------
+        MotionError
+            A time lies outside the motion's span.
+        """
+        times = np.asarray(t, dtype=float)
+        margin = 1e-9 * max(self.end - self.start, 1.0)  # accumulated time steps
+        outside = ~((times >= self.start - margin) & (times <= self.end + margin))
+        if outside.any():
+            worst = np.atleast_1d(times)[np.atleast_1d(outside)][0]
+            raise MotionError(
+                f"the motion spans [{self.start:g}, {self.end:g}] s, asked for t = {worst:g} s"
+            )
+        inside = np.clip(times, self.start, self.end)
+        q, v, a = (curve(inside) for curve in self._curves)
+        return q, v, a
+
+    @classmethod
+    def from_waypoints(
+        cls,
+        times: ArrayLike,
+        coordinates: ArrayLike,
+        *,
+        speeds: tuple[ArrayLike, ArrayLike] = (0.0, 0.0),
+        accelerations: tuple[ArrayLike, ArrayLike] = (0.0, 0.0),
+    ) -> Motion:
+        """The quintic C4 spline through way points, as in Table 1 of the paper.
+
+        Parameters
+        ----------
+        times : (k,) array_like
+            Increasing [s], k >= 2.
+        coordinates : (k, n) or (k,) array_like
+            Coordinates at these times [rad or m].
+        speeds, accelerations : pair of float or (n,) array_like
+            At the start and at the end; at rest if left out.
+
+        Raises
+        ------
+        MotionError
+            Too few points, times not increasing, shapes that do not fit, or values not finite.
+        """
+        t, q = _checked(times, coordinates, 2)
+        ends = []
+        for name, pair in (("speeds", speeds), ("accelerations", accelerations)):
+            try:
+                first, last = (np.zeros(q.shape[1]) + np.asarray(x, dtype=float) for x in pair)
+            except (TypeError, ValueError) as error:
+                raise MotionError(
+                    f"{name}: expected a pair of numbers or of {q.shape[1]} values, got {pair!r}"
+                ) from error
+            if not (np.isfinite(first).all() and np.isfinite(last).all()):
+                raise MotionError(f"{name} must be finite, got {pair!r}")
+            ends.append((first, last))
+        conditions = tuple([(1, ends[0][k]), (2, ends[1][k])] for k in (0, 1))
+        return cls(t, make_interp_spline(t, q, k=DEGREE, bc_type=conditions))
+
+    @classmethod
+    def from_samples(
+        cls, times: ArrayLike, coordinates: ArrayLike, *, cutoff: float | None = None
+    ) -> Motion:
+        """The quintic spline through recorded samples, optionally low-pass filtered.
+
+        Parameters
+        ----------
+        times : (k,) array_like
+            Increasing [s], k >= 6; equally spaced if a filter is asked for.
+        coordinates : (k, n) or (k,) array_like
+            Samples [rad or m].
+        cutoff : float, optional
+            Cut-off frequency [Hz] of a zero-phase fourth-order Butterworth low-pass (a second-order
+            one forwards and backwards).
+
+        Raises
+        ------
+        MotionError
+            As `from_waypoints`, or the cut-off is not between zero and half the sampling rate.
+        """
+        t, q = _checked(times, coordinates, DEGREE + 1)
+        if cutoff is not None:
+            steps = np.diff(t)
+            if np.ptp(steps) > 1e-6 * steps.mean():
+                raise MotionError(
+                    f"filtering needs equally spaced times, the steps run from {steps.min():g} to "
+                    f"{steps.max():g} s"
+                )
+            limit = 0.5 / steps.mean()
+            if not 0.0 < cutoff < limit:
+                raise MotionError(f"cutoff = {cutoff!r} Hz is outside (0, {limit:g}) Hz")
+            q = sosfiltfilt(butter(2, cutoff / limit, output="sos"), q, axis=0)
+        return cls(t, make_interp_spline(t, q, k=DEGREE))
+
+    @classmethod
+    def from_arrays(
+        cls, times: ArrayLike, coordinates: ArrayLike, speeds: ArrayLike, accelerations: ArrayLike
+    ) -> Motion:
+        """The piecewise quintic that passes through given coordinates, speeds and accelerations.
+
+        Parameters
+        ----------
+        times : (k,) array_like
+            Increasing [s], k >= 2.
+        coordinates, speeds, accelerations : (k, n) or (k,) array_like
+
+        Raises
+        ------
+        MotionError
+            As `from_waypoints`.
+        """
+        t, q = _checked(times, coordinates, 2)
+        _, v = _checked(times, speeds, 2, "speeds")
+        _, a = _checked(times, accelerations, 2, "accelerations")
+        if not q.shape == v.shape == a.shape:
+            raise MotionError(
+                f"coordinates {q.shape}, speeds {v.shape} and accelerations {a.shape} must have "
+                "the same shape"
+            )
+        return cls(t, BPoly.from_derivatives(t, np.stack([q, v, a], axis=1)))
+
+
+def _checked(
+    times: ArrayLike, values: ArrayLike, fewest: int, name: str = "coordinates"
+) -> tuple[np.ndarray, np.ndarray]:
+    """Times (k,) and values (k, n) as finite float arrays."""
+    try:
+        t, q = np.asarray(times, dtype=float), np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise MotionError(f"times and {name} must be arrays of numbers: {error}") from error
+    if q.ndim == 1:
+        q = q[:, None]
+    if t.ndim != 1 or q.ndim != 2 or q.shape[0] != t.size or q.shape[1] == 0:
+        raise MotionError(f"times {t.shape} and {name} {q.shape} do not fit: expected (k,), (k, n)")
+    if t.size < fewest:
+        raise MotionError(f"a motion needs at least {fewest} points, got {t.size}")
+    if not np.isfinite(t).all() or not np.isfinite(q).all():
+        row = int(np.argmin(np.isfinite(t) & np.isfinite(q).all(axis=1)))
+        raise MotionError(f"times and {name} must be finite; row {row}: t = {t[row]}, {q[row]}")
+    wrong = np.flatnonzero(np.diff(t) <= 0.0)
+    if wrong.size:
+        k = int(wrong[0])
+        raise MotionError(
+            f"times must increase: t[{k}] = {t[k]:g} s is followed by t[{k + 1}] = {t[k + 1]:g} s"
+        )
+    return t, q
+
+
+def check_motion(motion: Motion, coordinates: Sequence[str]) -> None:
+    """Raise MotionError unless the motion has one column for every coordinate."""
+    if len(motion) != len(coordinates):
+        raise MotionError(
+            f"the motion has {len(motion)} coordinates, the model {len(coordinates)}: "
+            f"{', '.join(coordinates)}"
+        )

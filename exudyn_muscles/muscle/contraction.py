@@ -1,0 +1,218 @@
+"""Contraction dynamics (4), F' = f_F(a, F, l, l'), of a Hill unit with constant width.
+
+With f = F / F0, the tendon length l_t = l_ts x_SE(f), the fibre's projection p = l - l_t on the
+tendon, the fibre length l_m = sqrt(p^2 + w^2), w = l_m0 sin(alpha_0), cos(alpha) = p / l_m and
+V = v_max l_m0:
+
+    v   = f_v^-1((f / cos(alpha) - f_PE) / (a f_l))
+    f_F = F0 / (l_ts dx_SE/df) (l' - V v / cos(alpha))
+
+The fibre velocity l_m' = V v is divided by cos(alpha), not multiplied: the pennation angle changes
+with the fibre length. Tension and lengthening are positive.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike
+
+from ..errors import ParameterError
+from .curves import (
+    C3,
+    SLACK_TANGENT,
+    active_force_length,
+    inverse_force_velocity,
+    passive_force_length,
+    tendon_force,
+    tendon_length,
+)
+from .parameters import (
+    A_MIN,
+    F_0,
+    K_T,
+    L_M0,
+    L_TS,
+    P_MIN,
+    V_M,
+    WIDTH,
+    MuscleSet,
+)
+
+BISECTIONS = 60  # halves the bracket to the last bit
+
+
+@njit(cache=True, error_model="numpy")
+def fiber(table, i, F, l):
+    """Projection p, fibre length l_m, cos(alpha), dp/dF and dp/dl at tension `F` and length `l`.
+
+    Below the shortest fibre the projection is held and its derivatives are zero.
+    """
+    x_t, slope = tendon_length(F / table[F_0, i], table[K_T, i])
+    p = l - table[L_TS, i] * x_t
+    dp_dF = -table[L_TS, i] * slope / table[F_0, i]
+    dp_dl = 1.0
+    if p < table[P_MIN, i]:
+        p = table[P_MIN, i]
+        dp_dF = 0.0
+        dp_dl = 0.0
+    l_m = math.sqrt(p * p + table[WIDTH, i] * table[WIDTH, i])
+    return p, l_m, p / l_m, dp_dF, dp_dl
+
+
+@njit(cache=True, error_model="numpy")
+def force_rate(table, i, a, F, l, v):
+    """f_F [N/s] and its derivatives with respect to a, F, l and l' at length `l`, velocity `v`."""
+    F0 = table[F_0, i]
+    f = F / F0
+    p, l_m, cos, dp_dF, dp_dl = fiber(table, i, F, l)
+    dcos_dp = table[WIDTH, i] * table[WIDTH, i] / (l_m * l_m * l_m)
+    dx_dp = cos / table[L_M0, i]
+    f_l, df_l = active_force_length(l_m / table[L_M0, i])
+    f_PE, df_PE = passive_force_length(l_m / table[L_M0, i])
+
+    capacity = 1.0 / (a * f_l)
+    multiplier = (f / cos - f_PE) * capacity
+    dm_dp = (-f / (cos * cos) * dcos_dp - df_PE * dx_dp - multiplier * a * df_l * dx_dp) * capacity
+    v_m, dv_m = inverse_force_velocity(multiplier)
+
+    _, slope = tendon_length(f, table[K_T, i])
+    stiffness = F0 / (table[L_TS, i] * slope)  # dF/dl_t
+    V = table[V_M, i]
+    stretch = v - V * v_m / cos
+    drate_dp = -stiffness * V * (dv_m * dm_dp - v_m / cos * dcos_dp) / cos
+    # d(dF/dl_t)/dF: k_T / l_ts on the exponential, zero on its tangent.
+    dstiffness = table[K_T, i] / table[L_TS, i] if f + C3 >= SLACK_TANGENT else 0.0
+    dF = (
+        dstiffness * stretch
+        - stiffness * V * dv_m * capacity / (F0 * cos * cos)
+        + drate_dp * dp_dF
+    )
+    da = stiffness * V * dv_m * multiplier / (a * cos)
+    return stiffness * stretch, da, dF, drate_dp * dp_dl, stiffness
+
+
+@njit(cache=True, error_model="numpy")
+def isometric_force(table, i, a, p):
+    """Force of the resting fibre along the tendon, over F0, at the projection `p`."""
+    l_m = math.sqrt(p * p + table[WIDTH, i] * table[WIDTH, i])
+    x = l_m / table[L_M0, i]
+    return (a * active_force_length(x)[0] + passive_force_length(x)[0]) * p / l_m
+
+
+@njit(cache=True, error_model="numpy")
+def equilibrium_force(table, i, a, l):
+    """Tension [N] at which the resting fibre and the tendon balance, by bisection in p."""
+    F0, l_ts, k_T = table[F_0, i], table[L_TS, i], table[K_T, i]
+    low = table[P_MIN, i]
+    high = max(l - 0.5 * l_ts, low)  # the tendon never shortens to half its slack length
+    for _ in range(BISECTIONS):
+        p = 0.5 * (low + high)
+        if tendon_force((l - p) / l_ts, k_T)[0] > isometric_force(table, i, a, p):
+            low = p
+        else:
+            high = p
+    return F0 * tendon_force((l - low) / l_ts, k_T)[0]
+
+
+@njit(cache=True, error_model="numpy")
+def equilibrium_forces(table, a, l):
+    F = np.empty(a.size)
+    for i in range(a.size):
+        F[i] = equilibrium_force(table, i, a[i], l[i])
+    return F
+
+
+@njit(cache=True, error_model="numpy")
+def steady_activations(table, F, l):
+    a = np.empty(F.size)
+    for i in range(F.size):
+        p, l_m, cos, _, _ = fiber(table, i, F[i], l[i])
+        x = l_m / table[L_M0, i]
+        active = F[i] / table[F_0, i] / cos - passive_force_length(x)[0]
+        a[i] = min(max(active / active_force_length(x)[0], table[A_MIN, i]), 1.0)
+    return a
+
+
+@njit(cache=True, error_model="numpy")
+def fiber_lengths(table, F, l):
+    l_m = np.empty(F.size)
+    for i in range(F.size):
+        l_m[i] = fiber(table, i, F[i], l[i])[1]
+    return l_m
+
+
+def equilibrium(muscles: MuscleSet, activation: ArrayLike, length: ArrayLike) -> np.ndarray:
+    """Tendon force of resting muscles, where fibre and tendon balance.
+
+    Parameters
+    ----------
+    muscles : MuscleSet
+        m muscles.
+    activation : (m,) array_like
+        Activations, 0 to 1.
+    length : (m,) array_like
+        Musculotendon lengths [m].
+
+    Returns
+    -------
+    (m,) ndarray
+        Tendon forces [N]: the steady state of (4) with constant length. Where the musculotendon
+        unit is too short to be taut the value is below zero: the tendon is slack.
+
+    Examples
+    --------
+    >>> import exudyn_muscles as em
+    >>> unit = em.Muscle("unit", max_isometric_force=1000, optimal_fiber_length=0.1,
+    ...                  tendon_slack_length=0.2, path=[[0, 0, 0], [0.3, 0, 0]])
+    >>> em.equilibrium(em.MuscleSet([unit]), [1.0], [0.3]).round(1)
+    array([965.2])
+    """
+    a, l = as_rows(muscles, activation=activation, length=length)
+    return equilibrium_forces(muscles.table, a, l)
+
+
+def contraction_rate(
+    muscles: MuscleSet,
+    activation: ArrayLike,
+    force: ArrayLike,
+    length: ArrayLike,
+    lengthening_speed: ArrayLike,
+) -> np.ndarray:
+    """f_F of (4) and its derivatives.
+
+    Parameters
+    ----------
+    muscles : MuscleSet
+        m muscles.
+    activation, force, length, lengthening_speed : (m,) array_like
+        a [1], tendon force F [N], musculotendon length l [m] and l' [m/s].
+
+    Returns
+    -------
+    (m, 5) ndarray
+        Columns F' [N/s], dF'/da, dF'/dF, dF'/dl, dF'/dl'.
+    """
+    a, F, l, v = as_rows(
+        muscles,
+        activation=activation,
+        force=force,
+        length=length,
+        lengthening_speed=lengthening_speed,
+    )
+    return np.array([force_rate(muscles.table, i, a[i], F[i], l[i], v[i]) for i in range(a.size)])
+
+
+def as_rows(muscles: MuscleSet, **arrays: ArrayLike) -> list[np.ndarray]:
+    """Contiguous float copies, one value a muscle each."""
+    rows = []
+    for name, values in arrays.items():
+        row = np.array(values, dtype=float)
+        if row.shape != (len(muscles),) or not np.isfinite(row).all():
+            raise ParameterError(
+                f"{name}: expected {len(muscles)} finite values, one a muscle, got {values!r}"
+            )
+        rows.append(row)
+    return rows

@@ -1,0 +1,1 @@
+"""Who pulls how hard: reachable forces (8), (9), optimization (10) and excitation (11)."""

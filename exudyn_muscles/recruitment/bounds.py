@@ -1,0 +1,103 @@
+"""Reachable forces (8), (9), and the excitation (11) between them, of all muscles over one window."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..muscle.contraction import equilibrium_forces, steady_activations
+from ..muscle.parameters import MuscleSet
+from ..muscle.window import MAX_STEPS, check_window, integrate_all
+from .excitation import excitations
+
+
+class Excitation(NamedTuple):
+    """Held excitation u and the activation and force at the window's end, (m,) each."""
+
+    excitation: np.ndarray
+    activation: np.ndarray
+    force: np.ndarray
+
+
+class ReachableForces:
+    """The window from a committed muscle state, opened once and then evaluated for any end.
+
+    Every evaluation within one window uses the time steps that its first evaluation chose: the
+    forces are then smooth functions of the end's lengths and speeds, as Newton's method needs.
+
+    Parameters
+    ----------
+    muscles : MuscleSet
+    tolerance : float
+        Of the window integration, see `exudyn_muscles.integrate_window`.
+    """
+
+    def __init__(self, muscles: MuscleSet, tolerance: float) -> None:
+        m = len(muscles)
+        self.integrations = 0
+        self._muscles = muscles
+        self._tolerance = tolerance
+        self._limits = np.array([muscles.minimum_activation, np.ones(m)])
+        self._mesh = np.empty((2, m, MAX_STEPS))
+        self._steps = np.zeros((2, m), dtype=np.int64)
+        self._scratch = np.empty(MAX_STEPS)
+        self._end = np.empty((3, 2, m))
+
+    def open(self, a: np.ndarray, F: np.ndarray, l: np.ndarray, v: np.ndarray, h: float) -> None:
+        """Begin a window of length `h` [s] at activations, forces, lengths and speeds, (m,) each."""
+        self._start = (a, F, l, v)
+        self._h = h
+        self._steps[:] = 0
+
+    def bounds(self, l: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(8), (9): lowest and highest force (m,) [N] at the window's end with lengths `l`, `v`.
+
+        A tendon cannot push, so that neither is below zero.
+
+        Raises
+        ------
+        WindowError
+            A muscle's equations could not be integrated; names it.
+        """
+        a, F, l_0, v_0 = self._start
+        failed = integrate_all(
+            self._muscles.table, a, F, self._limits, l_0, v_0, l, v, self._h, self._tolerance,
+            self._mesh, self._steps, self._end,
+        )  # fmt: skip
+        check_window(failed, self._muscles, a, F, l_0, v_0, self._h)
+        self._goal = (l, v)
+        self.integrations += 2 * a.size
+        low, high = np.maximum(self._end[1], 0.0)
+        return low, high
+
+    def excite(self, F_opt: np.ndarray) -> Excitation:
+        """(11): excitations that end in `F_opt` (m,) [N] at the last bounds' end.
+
+        Raises
+        ------
+        WindowError
+            A muscle's excitation was not found; names it.
+        """
+        a, F, l_0, v_0 = self._start
+        u, end = np.empty(a.size), np.empty((2, a.size))
+        count, failed = excitations(
+            self._muscles.table, a, F, F_opt, self._end[:, 0], self._end[:, 1], l_0, v_0,
+            *self._goal, self._h, self._tolerance, self._scratch, u, end,
+        )  # fmt: skip
+        self.integrations += count
+        check_window(failed, self._muscles, a, F, l_0, v_0, self._h)
+        return Excitation(u, end[0], end[1])
+
+
+def steady_bounds(muscles: MuscleSet, l: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Steady forces (m,) [N] at u = a_min and u = 1 with the lengths `l` held: the start's bounds."""
+    low = equilibrium_forces(muscles.table, muscles.minimum_activation.copy(), l)
+    high = equilibrium_forces(muscles.table, np.ones(len(muscles)), l)
+    return np.maximum(low, 0.0), np.maximum(high, 0.0)
+
+
+def steady_state(muscles: MuscleSet, F: np.ndarray, l: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Activations and forces (m,) of the steady state nearest to the forces `F`."""
+    a = steady_activations(muscles.table, F, l)
+    return a, equilibrium_forces(muscles.table, a, l)

@@ -1,0 +1,85 @@
+"""Excitation (11): the u that, held over the window, ends in the wanted force.
+
+F_end(u) increases. The guess is the cubic through both bounds and their slopes; Newton's method with
+the sensitivity dF/du of the same integration, kept inside a shrinking bracket, does the rest.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from ..muscle.parameters import A_MIN, F_0
+from ..muscle.window import integrate
+
+ITERATIONS = 60
+CONVERGED = 1e-9  # |F_end - F_opt| over F0
+
+
+@njit(cache=True, error_model="numpy")
+def excitations(
+    table, a, F, wanted, low, high, l_0, v_0, l_1, v_1, h, tolerance, mesh, u, end
+):  # fmt: skip
+    """Solve (11) for all m muscles.
+
+    `low` and `high`, each (3, m), are a, F and dF/du at the window's end for u = a_min and u = 1.
+    `u` (m,) and `end` (2, m), the a and F reached, are written; wanted forces outside the bounds
+    give the nearest bound. `mesh` is scratch of MAX_STEPS. Returns (number of integrations, first
+    muscle that failed or -1).
+    """
+    integrations = 0
+    for i in range(a.size):
+        close = CONVERGED * table[F_0, i]
+        u_low, u_high = table[A_MIN, i], 1.0
+        if wanted[i] <= low[1, i] + close:
+            u[i], end[0, i], end[1, i] = u_low, low[0, i], low[1, i]
+            continue
+        if wanted[i] >= high[1, i] - close:
+            u[i], end[0, i], end[1, i] = u_high, high[0, i], high[1, i]
+            continue
+        u_n = inverse_cubic(
+            wanted[i], u_low, u_high, low[1, i], high[1, i], low[2, i], high[2, i]
+        )
+        steps = 0
+        found = False
+        for _ in range(ITERATIONS):
+            n, a_1, F_1, F_u = integrate(
+                table, i, a[i], F[i], u_n, l_0[i], v_0[i], l_1[i], v_1[i], h, tolerance, mesh, steps
+            )
+            integrations += 1
+            if n < 0:
+                if steps == 0:
+                    break
+                steps = 0
+                continue
+            steps = n  # the same steps from now on: F_end(u) is smooth
+            error = F_1 - wanted[i]
+            if abs(error) <= close or u_high - u_low < 1e-15:
+                found = True
+                break
+            if error > 0.0:
+                u_high = u_n
+            else:
+                u_low = u_n
+            u_n -= error / F_u
+            if not u_low < u_n < u_high:
+                u_n = 0.5 * (u_low + u_high)
+        if not found:
+            return integrations, i
+        u[i], end[0, i], end[1, i] = u_n, a_1, F_1
+    return integrations, -1
+
+
+@njit(cache=True, error_model="numpy")
+def inverse_cubic(F, u_0, u_1, F_low, F_high, slope_0, slope_1):
+    """u(F) by the cubic through both ends with slopes 1/(dF/du), kept inside the ends."""
+    d = F_high - F_low
+    s = (F - F_low) / d
+    m_0 = d / slope_0
+    m_1 = d / slope_1
+    delta = u_1 - u_0
+    u = u_0 + s * (m_0 + s * (3.0 * delta - 2.0 * m_0 - m_1 + s * (m_0 + m_1 - 2.0 * delta)))
+    margin = 1e-3 * delta
+    if not u_0 + margin < u < u_1 - margin:
+        return u_0 + s * delta
+    return u

@@ -1,0 +1,279 @@
+"""Recruitment (10): the forces that share a demanded torque.
+
+    min  sum (F_i / N_i)^2 + sum (tau_r / opt_r)^2
+    s.t. r^T F + S tau_r = Q_m,   F_min <= F <= F_max,   tau_r within its limits,
+
+with ideal reserve actuators tau_r if the model has any. The unknowns of the quadratic program are
+x = (F / N, tau_r / opt), its rows are scaled to length one.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+import numpy as np
+import qpsolvers
+from numba import njit
+from scipy.optimize import lsq_linear
+
+from ..errors import ParameterError, RecruitmentError
+
+# Accepted KKT residual of the scaled problem. DAQP reaches 1e-13, OSQP 1e-9 with these settings.
+ACCEPTED = 1e-7
+OSQP = {"eps_abs": 1e-8, "eps_rel": 1e-8, "polishing": True, "max_iter": 20000}
+# A torque left over counts as unmet above this part of the row's length, the torque of all
+# actuators at their normalising forces.
+UNMET = 1e-7
+
+
+class Solver(Enum):
+    """Which solver is asked first; the other one is the second opinion."""
+
+    DAQP = "daqp"
+    OSQP = "osqp"
+
+
+@dataclass(frozen=True)
+class Reserve:
+    """An ideal torque on one coordinate that helps where the muscles do not suffice.
+
+    Parameters
+    ----------
+    coordinate : str
+        The coordinate's name in the model.
+    optimal_force : float
+        Torque [N m] or force [N] at control 1: the larger, the cheaper.
+    min_control, max_control : float
+        Limits of torque over optimal force.
+
+    Raises
+    ------
+    ParameterError
+        The optimal force is not positive and finite, or the limits do not enclose zero.
+    """
+
+    coordinate: str
+    optimal_force: float
+    min_control: float = -np.inf
+    max_control: float = np.inf
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.optimal_force < np.inf:
+            raise ParameterError(
+                f"reserve on '{self.coordinate}': optimal_force = {self.optimal_force!r} "
+                "must be positive"
+            )
+        if not self.min_control <= 0.0 <= self.max_control:
+            raise ParameterError(
+                f"reserve on '{self.coordinate}': controls [{self.min_control!r}, "
+                f"{self.max_control!r}] must enclose 0"
+            )
+
+
+class Recruitment(NamedTuple):
+    """Result of (10).
+
+    `force` F_opt (m,) [N], `reserve` (k,) [N m], `torque` delivered (n,), `unmet` demanded minus
+    delivered torque (n,), exactly zero where the demand is met, and the `residual` of the KKT
+    conditions of the scaled problem.
+    """
+
+    force: np.ndarray
+    reserve: np.ndarray
+    torque: np.ndarray
+    unmet: np.ndarray
+    residual: float
+
+
+def reserve_columns(coordinates: Sequence[str], reserves: Sequence[Reserve]) -> np.ndarray:
+    """S (n, r): 1 where reserve k acts on coordinate j.
+
+    Raises
+    ------
+    ParameterError
+        A reserve acts on a coordinate that does not exist.
+    """
+    S = np.zeros((len(coordinates), len(reserves)))
+    for k, reserve in enumerate(reserves):
+        if reserve.coordinate not in coordinates:
+            raise ParameterError(
+                f"reserve on '{reserve.coordinate}': the coordinates are {list(coordinates)}"
+            )
+        S[list(coordinates).index(reserve.coordinate), k] = 1.0
+    return S
+
+
+class Recruiter:
+    """Solves (10) for one model.
+
+    Parameters
+    ----------
+    coordinates : sequence of str
+        Names of the n coordinates.
+    reserves : sequence of Reserve
+    solver : Solver
+    """
+
+    def __init__(
+        self, coordinates: Sequence[str], reserves: Sequence[Reserve] = (), solver=Solver.DAQP
+    ) -> None:
+        self._order = (solver, *(other for other in Solver if other is not solver))
+        self._optimal = np.array([reserve.optimal_force for reserve in reserves])
+        self._columns = reserve_columns(coordinates, reserves) * self._optimal
+        self._low = np.array([reserve.min_control for reserve in reserves])
+        self._high = np.array([reserve.max_control for reserve in reserves])
+
+    def build(
+        self, r: np.ndarray, Q_m: np.ndarray, F_min: np.ndarray, F_max: np.ndarray, N: np.ndarray
+    ) -> ScaledProblem:
+        """The quadratic program of (10).
+
+        Parameters
+        ----------
+        r : (m, n) ndarray
+            Moment arms.
+        Q_m : (n,) ndarray
+            Demanded torques.
+        F_min, F_max, N : (m,) ndarray
+            Bounds and normalising forces [N].
+        """
+        A = r.T * N
+        low, high = F_min / N, F_max / N
+        if self._optimal.size:
+            A = np.hstack([A, self._columns])
+            low, high = np.concatenate([low, self._low]), np.concatenate([high, self._high])
+        return ScaledProblem(A, Q_m, low, high)
+
+    def solve(
+        self, r: np.ndarray, Q_m: np.ndarray, F_min: np.ndarray, F_max: np.ndarray, N: np.ndarray
+    ) -> Recruitment:
+        """Solve (10); out of reach, deliver the torque nearest to the demand (Euclidean norm).
+
+        Raises
+        ------
+        RecruitmentError
+            No solver gave an answer with acceptable residuals.
+        """
+        problem = self.build(r, Q_m, F_min, F_max, N)
+        answer = self._answer(problem)
+        if answer is None:
+            answer = self._nearest(problem)
+        if answer is None:
+            raise RecruitmentError(
+                f"no recruitment found for the torques {Q_m} between the forces {F_min} and "
+                f"{F_max} N"
+            )
+        x, residual = answer
+        m = N.size
+        F = np.clip(N * x[:m], F_min, np.maximum(F_min, F_max))
+        reserve = self._optimal * x[m:]
+        torque = r.T @ F
+        if reserve.size:
+            torque += self._columns @ x[m:]
+        unmet = Q_m - torque
+        unmet[np.abs(unmet) <= UNMET * np.abs(problem.scale)] = 0.0
+        return Recruitment(F, reserve, torque, unmet, residual)
+
+    def _answer(self, problem: ScaledProblem) -> tuple[np.ndarray, float] | None:
+        """x and its KKT residual from the first solver whose answer is accepted."""
+        for solver in self._order:
+            options = OSQP if solver is Solver.OSQP else {}
+            try:
+                with warnings.catch_warnings():
+                    # What a solver gives up on is asked of the next one, or is out of reach.
+                    warnings.simplefilter("ignore")
+                    solution = qpsolvers.solve_problem(problem, solver=solver.value, **options)
+            except qpsolvers.SolverError:
+                continue
+            if solution.x is None or solution.y is None:
+                continue
+            residual = kkt_residual(
+                solution.x, solution.y, problem.A, problem.b, problem.lb, problem.ub
+            )
+            if residual <= ACCEPTED:
+                return solution.x, residual
+        return None
+
+    def _nearest(self, problem: ScaledProblem) -> tuple[np.ndarray, float] | None:
+        """x whose torque is nearest to the demand and, among those, cheapest.
+
+        The torques within reach are a convex polytope. At its point nearest to the demand an
+        actuator that could still reduce the gap stands at its bound; the others share what is left,
+        by (10) again.
+        """
+        A, b = problem.A * problem.scale[:, None], problem.b * problem.scale
+        low, high = problem.lb, problem.ub
+        movable = high - low > 1e-12
+        x = low.copy()
+        if movable.any():
+            x[movable] = lsq_linear(
+                A[:, movable],
+                b - A @ np.where(movable, 0.0, low),
+                (low[movable], high[movable]),
+                method="bvls",
+                tol=1e-14,
+            ).x
+        gain = A.T @ (b - A @ x)
+        pushed = np.abs(gain) > 1e-9 * np.linalg.norm(A, axis=0) * np.linalg.norm(b - A @ x)
+        pushed |= ~movable
+        x = np.where(pushed & (gain > 0.0), high, np.where(pushed, low, x))
+        free = ~pushed
+        if not free.any():
+            return x, 0.0
+        # The face's own equations: independent rows only.
+        U, S, V = np.linalg.svd(A[:, free], full_matrices=False)
+        rank = int((S > 1e-10 * S[0]).sum()) if S.size else 0
+        if rank == 0:
+            x[free] = np.clip(0.0, low[free], high[free])
+            return x, 0.0
+        shared = ScaledProblem(
+            S[:rank, None] * V[:rank], U[:, :rank].T @ (A[:, free] @ x[free]), low[free], high[free]
+        )
+        answer = self._answer(shared)
+        if answer is None:
+            return None
+        x[free], residual = answer
+        return x, residual
+
+
+class ScaledProblem(qpsolvers.Problem):
+    """min x^2/2 subject to A x = b and bounds, with the rows of A scaled to length one.
+
+    `scale` (n,) are the rows' lengths before.
+    """
+
+    def __init__(self, A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
+        self.scale = np.sqrt((A * A).sum(axis=1))
+        self.scale[self.scale == 0.0] = 1.0
+        super().__init__(
+            np.eye(low.size),
+            np.zeros(low.size),
+            A=A / self.scale[:, None],
+            b=b / self.scale,
+            lb=low,
+            ub=np.maximum(low, high),
+        )
+
+
+@njit(cache=True, error_model="numpy")
+def kkt_residual(x, y, A, b, low, high):
+    """Largest violation of the conditions A x = b and x = clip(-A^T y, low, high)."""
+    worst = 0.0
+    for j in range(b.size):
+        error = -b[j]
+        for i in range(x.size):
+            error += A[j, i] * x[i]
+        if not abs(error) <= worst:
+            worst = abs(error)
+    for i in range(x.size):
+        free = 0.0
+        for j in range(b.size):
+            free -= A[j, i] * y[j]
+        error = x[i] - min(max(free, low[i]), high[i])
+        if not abs(error) <= worst:
+            worst = abs(error)
+    return worst

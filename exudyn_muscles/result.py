@@ -1,0 +1,507 @@
+"""Trajectory: what a method found, with names, status and counts; save, load, compare."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import platform
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from .errors import ParameterError, ResultFileError
+from .muscle.contraction import fiber_lengths
+
+if TYPE_CHECKING:
+    import pandas
+
+    from .model import MusculoskeletalModel
+    from .motion import Motion
+
+PACKAGES = ("exudyn_muscles", "exudyn", "numpy", "scipy", "numba", "qpsolvers", "daqp", "osqp")
+FORMAT = "exudyn_muscles.Trajectory"
+FORMAT_VERSION = 1
+
+
+class Status(Enum):
+    """How a run ended."""
+
+    COMPLETE = "complete"
+    INCOMPLETE = "incomplete: the trajectory ends where the run stopped, see its message"
+
+
+@dataclass
+class Counts:
+    """Work done.
+
+    Attributes
+    ----------
+    steps : int
+        Accepted steps of the skeleton.
+    rejected_steps : int
+        Steps that Exudyn tried and gave up.
+    recruitments : int
+        Solutions of (10), the start's included.
+    window_integrations : int
+        Integrations of one muscle over one window, for bounds and excitations.
+    newton_iterations : int
+        Newton iterations of the skeleton, those of rejected steps included.
+    """
+
+    steps: int = 0
+    rejected_steps: int = 0
+    recruitments: int = 0
+    window_integrations: int = 0
+    newton_iterations: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Excitations:
+    """Piecewise constant excitations of m muscles and their windows.
+
+    Attributes
+    ----------
+    time : (k + 1,) ndarray
+        Ends of the k windows [s].
+    values : (k, m) ndarray
+        u in every window.
+    reserves : (k + 1, r) ndarray
+        Reserve torques at the windows' ends, linear in between [N m].
+    initial : tuple of ndarray or None
+        q (n,), q' (n,), a (m,) and F (m,) at the start, if known.
+
+    Raises
+    ------
+    ParameterError
+        Shapes that do not fit, times that do not increase, or values not finite.
+    """
+
+    time: np.ndarray
+    values: np.ndarray
+    reserves: np.ndarray | None = None
+    initial: tuple[np.ndarray, ...] | None = None
+
+    def __post_init__(self) -> None:
+        t, u = np.asarray(self.time, dtype=float), np.asarray(self.values, dtype=float)
+        r = np.zeros((t.size, 0)) if self.reserves is None else np.asarray(self.reserves, float)
+        if t.ndim != 1 or u.ndim != 2 or t.size != u.shape[0] + 1 or len(u) == 0:
+            raise ParameterError(
+                f"excitations: time {t.shape} and values {u.shape} do not fit: expected (k + 1,) "
+                "and (k, m)"
+            )
+        if r.ndim != 2 or r.shape[0] != t.size:
+            raise ParameterError(f"excitations: reserves {r.shape} do not fit time {t.shape}")
+        if not (np.isfinite(t).all() and np.isfinite(u).all() and np.isfinite(r).all()):
+            raise ParameterError("excitations: time, values and reserves must be finite")
+        if (np.diff(t) <= 0.0).any():
+            raise ParameterError("excitations: time must increase")
+        for name, value in (("time", t), ("values", u), ("reserves", r)):
+            object.__setattr__(self, name, value)
+
+    def window(self, t: float) -> int:
+        """Number of the window that contains `t`; the last or first one outside."""
+        return int(np.clip(np.searchsorted(self.time, t, "right") - 1, 0, len(self.values) - 1))
+
+
+class Difference(NamedTuple):
+    """The first place where two trajectories differ by more than allowed.
+
+    `size` and `tolerance` are those of `quantity` at `time` [s]; None for a difference in names or
+    shapes.
+    """
+
+    quantity: str
+    time: float | None
+    size: float | None
+    tolerance: float | None
+
+    def __str__(self) -> str:
+        if self.time is None:
+            return f"{self.quantity} differ in names or shape"
+        return (
+            f"{self.quantity} differ by {self.size:.3g} at t = {self.time:.6g} s, "
+            f"allowed is {self.tolerance:.3g}"
+        )
+
+
+# Quantities of one row a time point, and of one row a window, with the tolerance of `compare`.
+# Forces and activations depend on the window tolerance (1e-4 F0), whose steps may differ between
+# machines by rounding; motion and torques do not, as long as the demand is met.
+POINTS = {
+    "coordinates": 1e-7,
+    "speeds": 1e-6,
+    "accelerations": 1e-4,
+    "activations": 1e-3,
+    "tendon_forces": 1.0,
+    "musculotendon_lengths": 1e-7,
+    "fiber_lengths": 1e-5,
+    "torques_delivered": 1e-2,
+    "desired_coordinates": 1e-9,
+}
+WINDOWS = {
+    "excitations": 2e-3,
+    "torques_demanded": 1e-4,
+    "torques_unmet": 1e-2,
+    "force_min": 1.0,
+    "force_max": 1.0,
+    "force_optimal": 1.0,
+    "reserves": 1e-4,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """The result of a method: T time points, K windows, n coordinates, m muscles, r reserves.
+
+    Attributes
+    ----------
+    time : (T,) ndarray
+        [s].
+    coordinates, speeds, accelerations : (T, n) ndarray
+        q [rad or m], q', q''.
+    activations, tendon_forces : (T, m) ndarray
+        a and F [N].
+    musculotendon_lengths, fiber_lengths : (T, m) ndarray
+        l and l_m [m].
+    torques_delivered : (T, n) ndarray
+        J_m F, reserves included [N m].
+    desired_coordinates : (T, n) ndarray
+        q_d; NaN where nothing was desired.
+    window_time : (K + 1,) ndarray
+        Ends of the windows [s].
+    excitation_values : (K, m) ndarray
+        u, held over each window.
+    torques_demanded, torques_unmet : (K, n) ndarray
+        Q_m at the windows' ends, and what of it was out of reach [N m].
+    force_min, force_optimal, force_max : (K, m) ndarray
+        Bounds (8), (9) and recruited forces (10) [N].
+    reserves : (K + 1, r) ndarray
+        Reserve torques at the windows' ends [N m].
+    start_unmet : (n,) ndarray
+        Unmet torque of the recruitment at the start.
+    status, message
+        How the run ended.
+    counts : Counts
+    cpu_time : float
+        CPU seconds of the run.
+    method, settings, versions
+        What produced it.
+    """
+
+    method: str
+    coordinate_names: tuple[str, ...]
+    muscle_names: tuple[str, ...]
+    reserve_names: tuple[str, ...]
+    time: np.ndarray
+    coordinates: np.ndarray
+    speeds: np.ndarray
+    accelerations: np.ndarray
+    activations: np.ndarray
+    tendon_forces: np.ndarray
+    musculotendon_lengths: np.ndarray
+    fiber_lengths: np.ndarray
+    torques_delivered: np.ndarray
+    desired_coordinates: np.ndarray
+    window_time: np.ndarray
+    excitation_values: np.ndarray
+    torques_demanded: np.ndarray
+    torques_unmet: np.ndarray
+    force_min: np.ndarray
+    force_optimal: np.ndarray
+    force_max: np.ndarray
+    reserves: np.ndarray
+    start_unmet: np.ndarray
+    status: Status
+    message: str
+    counts: Counts
+    cpu_time: float
+    settings: Mapping[str, Any]
+    versions: Mapping[str, str]
+
+    @property
+    def excitations(self) -> Excitations:
+        """The excitations, with the start that belongs to them: `forward_dynamics` replays them."""
+        initial = tuple(
+            array[0]
+            for array in (self.coordinates, self.speeds, self.activations, self.tendon_forces)
+        )
+        return Excitations(self.window_time, self.excitation_values, self.reserves, initial)
+
+    def tracking_errors(self) -> np.ndarray:
+        """q_d - q, (T, n) [rad or m]."""
+        return self.desired_coordinates - self.coordinates
+
+    def tracking_error_rms(self) -> np.ndarray:
+        """Root mean square of the tracking errors over all time points, (n,) [rad or m]."""
+        return np.sqrt(np.mean(self.tracking_errors() ** 2, axis=0))
+
+    @property
+    def max_unmet_torque(self) -> float:
+        """Largest torque out of reach [N m], of all coordinates and windows."""
+        return float(max(np.abs(self.torques_unmet).max(initial=0.0), np.abs(self.start_unmet).max()))
+
+    def unmet_torque_report(self) -> str:
+        """One line a coordinate that fell short: how often, how far, when; empty if none did."""
+        lines = []
+        for j, name in enumerate(self.coordinate_names):
+            short = np.abs(self.torques_unmet[:, j])
+            if self.start_unmet[j]:
+                lines.append(f"{name}: {self.start_unmet[j]:.4g} short at the start")
+            if short.any():
+                k = int(short.argmax())
+                full = self.force_optimal[k] >= self.force_max[k] * (1 - 1e-9)
+                names = [m for m, x in zip(self.muscle_names, full, strict=True) if x]
+                lines.append(
+                    f"{name}: demand out of reach in {np.count_nonzero(short)} of {len(short)} "
+                    f"windows, by up to {short[k]:.4g} at t = {self.window_time[k + 1]:.4g} s"
+                    + (f", where {', '.join(names)} pulled at most" if names else "")
+                )
+        return "; ".join(lines)
+
+    def compare(
+        self, reference: Trajectory, tolerances: Mapping[str, float] | None = None
+    ) -> Difference | None:
+        """The first difference from a reference that is larger than its tolerance.
+
+        Parameters
+        ----------
+        reference : Trajectory
+        tolerances : mapping, optional
+            Quantity -> largest allowed absolute difference, in place of the defaults in `POINTS` and
+            `WINDOWS`.
+
+        Returns
+        -------
+        Difference or None
+            None if the two agree.
+
+        Raises
+        ------
+        ParameterError
+            A tolerance is given for a quantity that does not exist.
+        """
+        allowed = {**POINTS, **WINDOWS, **(tolerances or {})}
+        unknown = set(allowed) - set(POINTS) - set(WINDOWS)
+        if unknown:
+            raise ParameterError(f"tolerances: no such quantities: {sorted(unknown)}")
+        for name in ("coordinate_names", "muscle_names", "reserve_names"):
+            if getattr(self, name) != getattr(reference, name):
+                return Difference(name, None, None, None)
+        for name, clock in (("time", "time"), ("window_time", "window_time")):
+            mine, other = getattr(self, clock), getattr(reference, clock)
+            if mine.shape != other.shape:
+                return Difference(name, None, None, None)
+            if (np.abs(mine - other) > 1e-9).any():
+                k = int(np.argmax(np.abs(mine - other) > 1e-9))
+                return Difference(name, float(other[k]), float(abs(mine[k] - other[k])), 1e-9)
+        for name, tolerance in allowed.items():
+            field_name = "excitation_values" if name == "excitations" else name
+            mine, other = getattr(self, field_name), getattr(reference, field_name)
+            if mine.shape != other.shape:
+                return Difference(name, None, None, None)
+            gap = np.abs(mine - other)
+            gap[np.isnan(mine) & np.isnan(other)] = 0.0
+            rows = ~(gap <= tolerance).all(axis=1)
+            if rows.any():
+                k = int(rows.argmax())
+                clock = reference.time if name in POINTS else reference.window_time
+                late = len(clock) - len(rows)
+                return Difference(name, float(clock[k + late]), float(gap[k].max()), tolerance)
+        return None
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Time points as rows, `quantity/name` as columns; excitations are those that end there.
+
+        Raises
+        ------
+        ImportError
+            pandas is not installed.
+        """
+        import pandas
+
+        columns = {"time": self.time}
+        for quantity in POINTS:
+            array = getattr(self, quantity)
+            of_muscles = array.shape[1] == len(self.muscle_names) and quantity in _OF_MUSCLES
+            names = self.muscle_names if of_muscles else self.coordinate_names
+            for k, name in enumerate(names):
+                columns[f"{quantity}/{name}"] = array[:, k]
+        if len(self.excitation_values):
+            window = np.searchsorted(self.window_time, self.time - 1e-12) - 1
+            window = np.clip(window, 0, len(self.excitation_values) - 1)
+            for k, name in enumerate(self.muscle_names):
+                columns[f"excitations/{name}"] = self.excitation_values[window, k]
+        return pandas.DataFrame(columns)
+
+    def save(self, file: str | Path) -> None:
+        """Write everything to an `.npz` file."""
+        arrays, rest = {}, {}
+        for item in dataclasses.fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, np.ndarray):
+                arrays[item.name] = value
+            else:
+                rest[item.name] = value
+        rest["status"] = self.status.name
+        rest["counts"] = dataclasses.asdict(self.counts)
+        header = {"format": FORMAT, "version": FORMAT_VERSION, **rest}
+        with open(file, "wb") as stream:
+            np.savez_compressed(stream, header=json.dumps(header), **arrays)
+
+    @classmethod
+    def load(cls, file: str | Path) -> Trajectory:
+        """Read a file that `save` wrote.
+
+        Raises
+        ------
+        ResultFileError
+            The file is damaged, is not a trajectory, or is of another version; names it.
+        FileNotFoundError
+        """
+        try:
+            with np.load(file, allow_pickle=False) as stored:
+                content = {name: stored[name] for name in stored.files}
+            header = json.loads(str(content.pop("header")))
+        except FileNotFoundError:
+            raise
+        except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile) as error:
+            raise ResultFileError(f"{file}: not a readable trajectory ({error})") from error
+        found = header.pop("format", None), header.pop("version", None)
+        if found != (FORMAT, FORMAT_VERSION):
+            raise ResultFileError(
+                f"{file}: expected {FORMAT} version {FORMAT_VERSION}, found {found[0]} version "
+                f"{found[1]}"
+            )
+        names = {item.name for item in dataclasses.fields(cls)}
+        missing = names - set(content) - set(header)
+        if missing:
+            raise ResultFileError(f"{file}: truncated, without {sorted(missing)}")
+        header["status"] = Status[header["status"]]
+        header["counts"] = Counts(**header["counts"])
+        for name in ("coordinate_names", "muscle_names", "reserve_names"):
+            header[name] = tuple(header[name])
+        return cls(**content, **header)
+
+
+_OF_MUSCLES = {"activations", "tendon_forces", "musculotendon_lengths", "fiber_lengths"}
+
+
+class Recorder:
+    """Collects a run's accepted rows; the only place where they wait until it ends."""
+
+    def __init__(
+        self,
+        method: str,
+        model: MusculoskeletalModel,
+        settings: object,
+        counts: Counts,
+        motion: Motion | None,
+    ) -> None:
+        self.status = Status.INCOMPLETE
+        self.message = ""
+        self.cpu_time = 0.0
+        self.time: list[float] = []
+        self.fell_short = False
+        self.window_time: list[float] = []
+        self._reserves: list[np.ndarray] = []
+        self.start_unmet = np.zeros(len(model.coordinates))
+        self._method, self._model, self._settings, self._counts = method, model, settings, counts
+        self._motion = motion
+        self._points: list[tuple[np.ndarray, ...]] = []
+        self._windows: list[tuple[np.ndarray, ...]] = []
+
+    def start(self, t: float, reserve: np.ndarray, unmet: np.ndarray) -> None:
+        """The first window begins at `t`."""
+        self.window_time, self._reserves = [t], [reserve]
+        self.start_unmet = unmet
+        self.fell_short = bool(unmet.any())
+
+    def point(self, t: float, *row: np.ndarray) -> None:
+        """q, q', q'', a, F and delivered torque at the accepted time `t`."""
+        self.time.append(t)
+        self._points.append(row)
+
+    def window(
+        self, t: float, reserve: np.ndarray, u: np.ndarray, demanded: np.ndarray,
+        unmet: np.ndarray, *forces: np.ndarray,
+    ) -> None:  # fmt: skip
+        """Reserves, u, demanded and unmet torque, F_min, F_opt and F_max of the window up to `t`."""
+        self.window_time.append(t)
+        self.fell_short = self.fell_short or bool(unmet.any())
+        self._reserves.append(reserve)
+        self._windows.append((u, demanded, unmet, *forces))
+
+    def trajectory(self) -> Trajectory:
+        """Everything so far."""
+        model = self._model
+        n, m = len(model.coordinates), len(model.muscles)
+        points = _stacked(self._points, (n, n, n, m, m, n))
+        windows = _stacked(self._windows, (m, n, n, m, m, m))
+        q, v, a, activation, force, delivered = points
+        lengths = np.array([model.geometry(row, row).length for row in q])
+        fibers = [
+            fiber_lengths(model.muscles.table, *pair) for pair in zip(force, lengths, strict=True)
+        ]
+        time = np.array(self.time)
+        desired = np.full_like(q, np.nan) if self._motion is None else self._motion(time)[0]
+        u, demanded, unmet, low, optimal, high = windows
+        return Trajectory(
+            method=self._method,
+            coordinate_names=model.coordinates,
+            muscle_names=model.muscles.names,
+            reserve_names=tuple(reserve.coordinate for reserve in model.reserves),
+            time=time,
+            coordinates=q,
+            speeds=v,
+            accelerations=a,
+            activations=activation,
+            tendon_forces=force,
+            musculotendon_lengths=lengths,
+            fiber_lengths=np.array(fibers),
+            torques_delivered=delivered,
+            desired_coordinates=desired,
+            window_time=np.array(self.window_time),
+            excitation_values=u,
+            torques_demanded=demanded,
+            torques_unmet=unmet,
+            force_min=low,
+            force_optimal=optimal,
+            force_max=high,
+            reserves=np.array(self._reserves),
+            start_unmet=self.start_unmet,
+            status=self.status,
+            message=self.message,
+            counts=dataclasses.replace(self._counts),
+            cpu_time=self.cpu_time,
+            settings=_plain(self._settings),
+            versions={
+                "python": platform.python_version(),
+                **{name: version(name) for name in PACKAGES},
+            },
+        )
+
+
+def _stacked(rows: list[tuple[np.ndarray, ...]], widths: tuple[int, ...]) -> list[np.ndarray]:
+    """Columns of a list of rows, each (len(rows), width)."""
+    if not rows:
+        return [np.empty((0, width)) for width in widths]
+    return [np.array(column) for column in zip(*rows, strict=True)]
+
+
+def _plain(settings: object) -> dict[str, Any]:
+    """Settings as JSON can hold them."""
+    plain = {}
+    for item in dataclasses.fields(settings):
+        value = getattr(settings, item.name)
+        if isinstance(value, Enum):
+            value = value.name
+        elif not isinstance(value, (bool, int, float, str, type(None))):
+            value = repr(value)
+        plain[item.name] = value
+    return plain

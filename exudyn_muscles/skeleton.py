@@ -1,0 +1,199 @@
+"""The skeleton: M, H - Q and the tree of an Exudyn system, at the running iterate or elsewhere.
+
+Equations of motion (1): M(q) q'' + H(q, q') = Q_m + Q. A second solver object assembles them from
+the whole system, so that springs, loads, user functions and contacts are all part of Q. It reads
+and leaves the system's current state as it finds it.
+
+Coordinates are Exudyn's: without the reference coordinates of the node.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import exudyn as exu
+import numpy as np
+
+from .errors import ModelError
+from .path.tree import Tree
+
+JOINTS = {
+    exu.JointType.RevoluteX: 0,
+    exu.JointType.RevoluteY: 1,
+    exu.JointType.RevoluteZ: 2,
+    exu.JointType.PrismaticX: 3,
+    exu.JointType.PrismaticY: 4,
+    exu.JointType.PrismaticZ: 5,
+}
+
+
+class Skeleton:
+    """An `ObjectKinematicTree` within an assembled Exudyn system.
+
+    Parameters
+    ----------
+    mbs : exudyn.MainSystem
+        Assembled.
+    tree : ObjectIndex
+        Of the `ObjectKinematicTree`.
+    coordinates : sequence of str, optional
+        Names of the n coordinates; `q0`, `q1`, ... if left out.
+
+    Attributes
+    ----------
+    coordinates : tuple of str
+    tree : Tree
+
+    Raises
+    ------
+    ModelError
+        The system is not assembled, the object is not a kinematic tree, the system has algebraic
+        constraints, or the names do not fit the coordinates.
+    """
+
+    def __init__(
+        self, mbs: exu.MainSystem, tree: int, coordinates: Sequence[str] | None = None
+    ) -> None:
+        self.mbs = mbs
+        self._object = tree
+        self.check_assembled()
+        item = self._item()
+        n = len(item["jointTypes"])
+        names = [f"q{i}" for i in range(n)] if coordinates is None else list(coordinates)
+        if len(names) != n or len(set(names)) != n:
+            raise ModelError(
+                f"coordinates: the tree needs {n} different names, got {len(names)}: {names}"
+            )
+        self.coordinates = tuple(names)
+        self.tree = _read_tree(item, mbs)
+        self._user_torque = np.zeros(n)
+        self.applied = np.zeros(n)
+        self.attach_views()
+
+    def __len__(self) -> int:
+        return len(self.coordinates)
+
+    def _item(self) -> dict:
+        try:
+            item = self.mbs.GetObject(self._object)
+        except Exception as error:
+            raise ModelError(f"tree = {self._object!r} is not an object of this mbs") from error
+        if item["objectType"] != "KinematicTree":
+            raise ModelError(
+                f"tree = {self._object!r} is an object of type {item['objectType']}; "
+                "the skeleton must be an ObjectKinematicTree"
+            )
+        return item
+
+    def check_assembled(self) -> None:
+        """Raise ModelError unless Exudyn can solve the system and its coordinates are free."""
+        if not self.mbs.systemIsConsistent:
+            raise ModelError("the mbs is not assembled: call mbs.Assemble() first")
+        constraints = self.mbs.systemData.AEsize()
+        if constraints:
+            raise ModelError(
+                f"the mbs has {constraints} algebraic constraint equations (joints or "
+                "constraints); the methods need independent coordinates"
+            )
+
+    def attach_views(self) -> None:
+        """Fetch Exudyn's state arrays anew: they dangle once the system has grown.
+
+        `q`, `v`, `acceleration` become views of the current state, `start` the views of q, q', q''
+        at the start of the step, (n,) each.
+        """
+        data = self.mbs.systemData
+        index = data.GetObjectLTGODE2(self._object)
+        self.rows = slice(index[0], index[0] + len(self))
+        current = data.GetSystemStateDict(reference=True)
+        start = data.GetSystemStateDict(
+            configuration=exu.ConfigurationType.StartOfStep, reference=True
+        )
+        names = ("ODE2Coords", "ODE2Coords_t", "ODE2Coords_tt")
+        self.q, self.v, self.acceleration = (current[name][self.rows] for name in names)
+        self.start = tuple(start[name][self.rows] for name in names)
+
+    def open(self) -> None:
+        """Prepare for evaluations; the system's current state becomes its initial state."""
+        self.check_assembled()
+        settings = exu.SimulationSettings()
+        settings.solution.file.write = False
+        settings.solution.sensors.active = False
+        settings.timeIntegration.verboseMode = 0
+        self._solver = exu.MainSolverImplicitSecondOrder()
+        self._solver.InitializeSolver(self.mbs, settings)
+        self.attach_views()
+        torque = self.mbs.GetObjectParameter(self._object, "jointForceVector")
+        self._user_torque = np.zeros(len(self)) + (torque if np.size(torque) else 0.0)
+        self.applied = np.zeros(len(self))
+
+    def close(self) -> None:
+        """Give the tree back the user's own joint torques."""
+        self.mbs.SetObjectParameter(self._object, "jointForceVector", self._user_torque)
+        self.applied = np.zeros(len(self))
+
+    def apply(self, torque: np.ndarray) -> None:
+        """Set the muscles' torques (n,), on top of the user's own `jointForceVector`."""
+        self.mbs.SetObjectParameter(
+            self._object, "jointForceVector", self._user_torque + torque
+        )
+        self.applied = torque
+
+    def initial_state(self) -> tuple[np.ndarray, np.ndarray]:
+        """Initial coordinates and speeds (n,) each, as the next run will use them."""
+        initial = exu.ConfigurationType.Initial
+        data = self.mbs.systemData
+        q = np.array(data.GetODE2Coordinates(configuration=initial))[self.rows]
+        v = np.array(data.GetODE2Coordinates_t(configuration=initial))[self.rows]
+        return q, v
+
+    def set_initial_state(self, q: np.ndarray, v: np.ndarray) -> None:
+        """Set the tree's initial coordinates and speeds (n,); the rest of the system keeps its own."""
+        initial = exu.ConfigurationType.Initial
+        data = self.mbs.systemData
+        coordinates = np.array(data.GetODE2Coordinates(configuration=initial))
+        speeds = np.array(data.GetODE2Coordinates_t(configuration=initial))
+        coordinates[self.rows], speeds[self.rows] = q, v
+        data.SetODE2Coordinates(coordinates, configuration=initial)
+        data.SetODE2Coordinates_t(speeds, configuration=initial)
+
+    def dynamics(self) -> tuple[np.ndarray, np.ndarray]:
+        """M (n, n) and H - Q (n,), without the muscles, at the system's current state and time."""
+        solver, mbs = self._solver, self.mbs
+        solver.ComputeMassMatrix(mbs)
+        solver.ComputeODE2RHS(mbs)
+        M = solver.GetSystemMassMatrix()[self.rows, self.rows]
+        return M, self.applied - solver.GetSystemResidual()[self.rows]
+
+    def dynamics_at(
+        self, q: np.ndarray, v: np.ndarray, t: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """M (n, n) and H - Q (n,) at coordinates `q`, speeds `v` and time `t`.
+
+        The system's state and time are as before afterwards, to the last bit.
+        """
+        data = self.mbs.systemData
+        q_now, v_now, t_now = self.q.copy(), self.v.copy(), data.GetTime()
+        try:
+            self.q[:], self.v[:] = q, v
+            data.SetTime(t)
+            return self.dynamics()
+        finally:
+            self.q[:], self.v[:] = q_now, v_now
+            data.SetTime(t_now)
+
+
+def _read_tree(item: dict, mbs: exu.MainSystem) -> Tree:
+    n = len(item["jointTypes"])
+    for number, joint in enumerate(item["jointTypes"]):
+        if joint not in JOINTS:
+            raise ModelError(f"link {number}: joint type {joint} is not one of {list(JOINTS)}")
+    reference = mbs.GetNodeParameter(item["nodeNumber"], "referenceCoordinates")
+    return Tree(
+        joints=np.array([JOINTS[joint] for joint in item["jointTypes"]], dtype=np.int64),
+        parents=np.array(item["linkParents"], dtype=np.int64),
+        rotations=np.array(item["jointTransformations"].GetPythonObject()).reshape(n, 3, 3),
+        offsets=np.array(item["jointOffsets"].GetPythonObject(), dtype=float).reshape(n, 3),
+        base=np.array(item["baseOffset"], dtype=float),
+        reference=np.zeros(n) + (reference if np.size(reference) else 0.0),
+    )
