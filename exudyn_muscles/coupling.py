@@ -14,6 +14,7 @@ evaluation starts from the committed state, so that rejected steps leave no trac
 
 from __future__ import annotations
 
+import math
 import time
 import warnings
 from abc import ABC, abstractmethod
@@ -34,6 +35,7 @@ from .errors import (
 from .model import MusculoskeletalModel
 from .motion import Motion
 from .result import Counts, Recorder, Status, Trajectory
+from .skeleton import Skeleton
 
 Progress = Callable[[float], None]
 
@@ -64,6 +66,7 @@ class Plugin(ABC):
     """
 
     method: str
+    feeds_back = True  # the torque depends on the iterate, so that Newton's matrix has to know it
     a: np.ndarray
     F: np.ndarray
 
@@ -106,11 +109,11 @@ class Plugin(ABC):
         """
 
     @abstractmethod
-    def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray | None:
+    def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
         """The tree's part of the Newton matrix (n, n) in place of Exudyn's `exact` one.
 
         Exudyn's matrix is mass * M + dq * dR/dq + dv * dR/dq', where dq, dv < 0 are its own factors
-        and R is its right-hand side with the muscles' torque held. None leaves it as it is.
+        and R is its right-hand side with the muscles' torque held.
         """
 
     @abstractmethod
@@ -156,6 +159,7 @@ class Plugin(ABC):
                 self.method, self.model, self.settings, self.counts, self._motion
             )
             self.skeleton.apply(self.begin(q, v))
+            self._triplets = _triplets(self.skeleton)
             hooks.install(self)
             yield self
             self._check_finished()
@@ -204,7 +208,7 @@ class Plugin(ABC):
 
     def apply(self, torque: np.ndarray, t: float) -> None:
         """Hand the torque to Exudyn, if it is one."""
-        if not np.isfinite(torque).all():
+        if not math.isfinite(torque @ torque):
             raise SimulationError(f"torque {torque} at t = {t:g} s is not finite")
         self.skeleton.apply(torque)
 
@@ -216,14 +220,11 @@ class Plugin(ABC):
         rows = self.skeleton.rows
         exact = solver.GetSystemJacobian()[rows]
         mass = (1.0 - solver.alphaM) / (1.0 - solver.alphaF)
-        wanted = self.jacobian(exact[:, rows], mass, dq, dv)
-        change = np.zeros_like(exact) if wanted is None else -exact
-        if wanted is not None:
-            change[:, rows] += wanted
+        change = -exact
+        change[:, rows] += self.jacobian(exact[:, rows], mass, dq, dv)
+        self._triplets[:, 2] = change.ravel()
         container = exu.MatrixContainer()
-        i, j = np.indices(change.shape)
-        triplets = np.stack([i.ravel() + rows.start, j.ravel(), change.ravel()], axis=1)
-        container.SetWithSparseMatrix(triplets, exact.shape[1], exact.shape[1])
+        container.SetWithSparseMatrix(self._triplets, exact.shape[1], exact.shape[1])
         return container
 
     def post_step(self, mbs: exu.MainSystem, t: float) -> bool:
@@ -319,6 +320,14 @@ class Plugin(ABC):
         )
 
 
+def _triplets(skeleton: Skeleton) -> np.ndarray:
+    """Row, column and a place for the value of the tree's rows in the system's Newton matrix."""
+    data = skeleton.mbs.systemData
+    columns = np.arange(data.ODE2Size() + data.ODE1Size() + data.AEsize())
+    i, j = np.meshgrid(np.arange(skeleton.rows.start, skeleton.rows.stop), columns, indexing="ij")
+    return np.column_stack([i.ravel(), j.ravel(), np.zeros(i.size)])
+
+
 def warn_of_unmet_torque(record: Recorder) -> None:
     """One UnmetTorqueWarning for a whole run, if there is anything to say."""
     if record.fell_short:
@@ -346,9 +355,10 @@ class _Hooks:
         own = {
             "PreStep": plugin.pre_step,
             "PreNewtonResidual": plugin.pre_newton,
-            "SystemJacobian": plugin.system_jacobian,
             "PostStep": plugin.post_step,
         }
+        if plugin.feeds_back:
+            own["SystemJacobian"] = plugin.system_jacobian
         for name, function in own.items():
             chained = _chained(name, self._before[name], function)
             getattr(self._mbs, f"Set{name}UserFunction")(chained)

@@ -67,7 +67,6 @@ class Skeleton:
         self.coordinates = tuple(names)
         self.tree = _read_tree(item, mbs)
         self._user_torque = np.zeros(n)
-        self.applied = np.zeros(n)
         self.attach_views()
 
     def __len__(self) -> int:
@@ -123,21 +122,24 @@ class Skeleton:
         self._solver = exu.MainSolverImplicitSecondOrder()
         self._solver.InitializeSolver(self.mbs, settings)
         self.attach_views()
+        self._set = self.mbs.SetObjectParameter
         torque = self.mbs.GetObjectParameter(self._object, "jointForceVector")
         self._user_torque = np.zeros(len(self)) + (torque if np.size(torque) else 0.0)
-        self.applied = np.zeros(len(self))
+        self._total = self._user_torque
 
     def close(self) -> None:
         """Give the tree back the user's own joint torques."""
-        self.mbs.SetObjectParameter(self._object, "jointForceVector", self._user_torque)
-        self.applied = np.zeros(len(self))
+        self._set(self._object, "jointForceVector", self._user_torque)
 
     def apply(self, torque: np.ndarray) -> None:
         """Set the muscles' torques (n,), on top of the user's own `jointForceVector`."""
-        self.mbs.SetObjectParameter(
-            self._object, "jointForceVector", self._user_torque + torque
-        )
-        self.applied = torque
+        self._total = self._user_torque + torque
+        self._set(self._object, "jointForceVector", self._total)
+
+    @property
+    def applied(self) -> np.ndarray:
+        """The muscles' torques (n,) that Exudyn has now."""
+        return self._total - self._user_torque
 
     def initial_state(self) -> tuple[np.ndarray, np.ndarray]:
         """Initial coordinates and speeds (n,) each, as the next run will use them."""

@@ -82,7 +82,7 @@ def computed_muscle_control(
     windows = number_of_steps(motion.start, motion.end, settings.window)
     plugin = CMCPlugin(model, motion, settings, progress=progress)
     plugin.end_time = motion.start + windows * settings.window
-    return simulate(plugin, settings.step, motion(motion.start)[:2])
+    return simulate(plugin, settings.step, motion(motion.start)[:2], modified_newton=True)
 
 
 class CMCPlugin(UnifiedPlugin):

@@ -82,23 +82,25 @@ def check_step(name: str, value: float) -> None:
 
 
 class Tracking:
-    """The control law, evaluated once a step where it depends on time alone."""
+    """The control law; the motion is evaluated once for every time."""
 
     def __init__(self, motion: Motion, settings: TrackingSettings) -> None:
         self._motion = motion
-        self._time = math.nan
+        self._known: dict[float, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
         self.kp, self.kv = settings.kp, settings.velocity_gain
 
     def desired(self, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """q_d, q_d', q_d'' (n,) at `t`."""
-        if t != self._time:
-            self._time, self._desired = t, self._motion(t)
-        return self._desired
+        if t not in self._known:
+            if len(self._known) > 1:  # both ends of a step are all that is asked for again
+                self._known.pop(next(iter(self._known)))
+            self._known[t] = self._motion(t)
+        return self._known[t]
 
     def acceleration(
         self, t: float, t_error: float, q: np.ndarray, v: np.ndarray
     ) -> np.ndarray:
         """q_d''(t) + k_v e' + k_p e with the errors of `q`, `v` at `t_error`: (12) and (15)."""
+        q_d, v_d, _ = self.desired(t_error)
         _, _, a_d = self.desired(t)
-        q_d, v_d, _ = self.desired(t_error) if t_error != t else self._desired
         return a_d + self.kv * (v_d - v) + self.kp * (q_d - q)

@@ -129,7 +129,7 @@ def cosimulate(
         CSS with gains and step outside its stability limit; names the limit.
     """
     plugin = CosimulationPlugin(model, motion, settings, progress=progress)
-    return simulate(plugin, settings.step, motion(motion.start)[:2])
+    return simulate(plugin, settings.step, motion(motion.start)[:2], modified_newton=False)
 
 
 class CosimulationPlugin(Plugin):
@@ -163,6 +163,7 @@ class CosimulationPlugin(Plugin):
         self.method = settings.scheme.value
         self._motion = motion
         self._simplified = settings.scheme is Scheme.SIMPLIFIED
+        self.feeds_back = not self._simplified
         if self._simplified:
             warn_of_instability(settings)
 
@@ -224,9 +225,7 @@ class CosimulationPlugin(Plugin):
         a_next = a + (a - a_last) * (h / h_last)
         return q + h * v + 0.25 * h * h * (a + a_next), v + 0.5 * h * (a + a_next)
 
-    def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray | None:
-        if self._simplified:
-            return None
+    def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
         if self._unmet:
             return self._saturated_jacobian(mass, dq, dv)
         # With the demand met the residual is M (q'' - q''_CTC), whatever else acts on the skeleton.

@@ -67,7 +67,7 @@ def forward_dynamics(
     """
     plugin = ForwardPlugin(model, excitations, settings, progress=progress)
     initial = excitations.initial
-    return simulate(plugin, settings.step, None if initial is None else initial[:2])
+    return simulate(plugin, settings.step, None if initial is None else initial[:2], modified_newton=True)
 
 
 class ForwardPlugin(UnifiedPlugin):

@@ -13,7 +13,7 @@ from ..result import Trajectory
 
 # Far below any torque of interest and above the rounding of the recruited torques (1e-12 N m).
 ABSOLUTE_TOLERANCE = 1e-9
-RELATIVE_TOLERANCE = 1e-9
+RELATIVE_TOLERANCE = 1e-8
 
 
 def number_of_steps(start: float, end: float, step: float) -> int:
@@ -31,10 +31,15 @@ def number_of_steps(start: float, end: float, step: float) -> int:
 
 
 def simulate(
-    plugin: Plugin, step: float, initial: tuple[np.ndarray, np.ndarray] | None
+    plugin: Plugin,
+    step: float,
+    initial: tuple[np.ndarray, np.ndarray] | None,
+    *,
+    modified_newton: bool,
 ) -> Trajectory:
     """Run the plugin over its whole span in fixed steps from `initial` q, q', or the mbs's own.
 
+    Modified Newton pays where the Newton matrix costs more than the torque.
     The initial state of the user's `mbs` is as before afterwards.
     """
     skeleton = plugin.skeleton
@@ -47,7 +52,7 @@ def simulate(
     integration.numberOfSteps = steps
     integration.minimumStepSize = step / 1024
     integration.verboseMode = 0
-    integration.newton.useModifiedNewton = False
+    integration.newton.useModifiedNewton = modified_newton
     integration.newton.relativeTolerance = RELATIVE_TOLERANCE
     integration.newton.absoluteTolerance = ABSOLUTE_TOLERANCE
     settings.solution.file.write = False

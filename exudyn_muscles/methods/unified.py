@@ -99,10 +99,9 @@ class UnifiedPlugin(Plugin):
                 f"muscle '{self.model.muscles.names[failed]}': no step of {self._h:g} s from "
                 f"activation {self.a[failed]:.4g}, force {self.F[failed]:.4g} N"
             )
-        torque = self._trial[5].copy()
         if self._reserve_torque is not None:
-            torque += self._reserve_torque
-        return torque
+            return self._trial[5] + self._reserve_torque
+        return self._trial[5]
 
     def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
         # dF/dq = -F_l r and dF/dq' = -F_v r; how r changes matters little within a step.
