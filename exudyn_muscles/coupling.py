@@ -97,6 +97,9 @@ class Plugin(ABC):
         `a` and `F` are the committed state from then on; only `accept` replaces them.
         """
 
+    def ready(self, step: float) -> None:
+        """The run begins with steps of length `step`: a last chance to warn."""
+
     @abstractmethod
     def open_step(self, t_0: float, t_1: float) -> None:
         """A step is tried: `skeleton.start` holds q, q', q'' at `t_0`."""
@@ -147,12 +150,14 @@ class Plugin(ABC):
         cpu = time.process_time()
         mbs = self.model.mbs
         self.skeleton.open()
+        mbs.sys.pop("dynamicSolver", None)
         self._attached = True
         hooks = _Hooks(mbs)
         try:
             self._open = False
             self._started = False
             self._calls = 0
+            self._step = 0.0
             self.counts = Counts()
             q, v = self.skeleton.initial_state()
             self.record = Recorder(
@@ -164,7 +169,8 @@ class Plugin(ABC):
             yield self
             self._check_finished()
         except exu.ExudynError as error:
-            raise self._translated(error) from error.__cause__
+            raised = self._translated(error)
+            raise raised from (None if raised is error.__cause__ else error)
         finally:
             self._attached = False
             hooks.restore()
@@ -192,6 +198,12 @@ class Plugin(ABC):
         t_0 = mbs.systemData.GetTime(exu.ConfigurationType.StartOfStep)
         self.counts.rejected_steps += self._open
         self._open, self._t_0, self._last_iteration, self._calls = True, t_0, -1, 0
+        step = t - t_0
+        if abs(step - self._step) > 1e-6 * step:
+            # Modified Newton would go on with the matrix of the other step size; with ten iterations
+            # a step instead of one, Exudyn never enlarges a reduced step again.
+            self._solver().conv.jacobianUpdateRequested = True
+        self._step = step
         self.open_step(t_0, t)
         return True
 
@@ -216,7 +228,7 @@ class Plugin(ABC):
         self, mbs: exu.MainSystem, t: float, dq: float, dv: float, _: float
     ) -> exu.MatrixContainer:
         """What has to be added to Exudyn's own Newton matrix."""
-        solver = mbs.sys["dynamicSolver"]
+        solver = self._solver()
         rows = self.skeleton.rows
         exact = solver.GetSystemJacobian()[rows]
         mass = (1.0 - solver.alphaM) / (1.0 - solver.alphaF)
@@ -258,7 +270,7 @@ class Plugin(ABC):
                 "a second run began within one attached(): attach the plugin anew for every run"
             )
         self._started = True
-        iteration = mbs.sys["dynamicSolver"].it
+        iteration = self._solver().it
         if abs(t - self.start_time) > 1e-9:
             raise ParameterError(
                 f"timeIntegration.startTime = {t:g} s, but the plugin's muscles start at "
@@ -269,6 +281,7 @@ class Plugin(ABC):
                 f"timeIntegration.endTime = {iteration.endTime:g} s is beyond the end at "
                 f"{self.end_time:g} s"
             )
+        self.ready((iteration.endTime - iteration.startTime) / iteration.numberOfSteps)
         # Exudyn's own q'' at the start, which the trapezoidal rule never forgets.
         M, bias = self.skeleton.dynamics()
         torque = self.skeleton.applied
@@ -280,12 +293,18 @@ class Plugin(ABC):
                 "timeIntegration.generalizedAlpha.computeInitialAccelerations = True"
             )
 
+    def _solver(self) -> exu.MainSolverImplicitSecondOrder:
+        try:
+            return self.model.mbs.sys["dynamicSolver"]
+        except KeyError as error:
+            raise ModelError("call mbs.SolveDynamic with storeSolver=True, its default") from error
+
     def _check_finished(self) -> None:
         """Exudyn also returns True when it was stopped early."""
         record = self.record
         if not self._started:
             return
-        solver = self.model.mbs.sys["dynamicSolver"]
+        solver = self._solver()
         reached, end = record.time[-1], solver.it.endTime
         if reached < end - 1e-9 * max(1.0, abs(end)):
             why = "a user function" if solver.output.simulationStoppedByUserFunction else "the user"
@@ -307,7 +326,8 @@ class Plugin(ABC):
             translated.add_note(f"raised in the simulation {where}")
         self.record.message = f"{type(translated).__name__} {where}: {translated}"
         if self.record.time:
-            translated.trajectory = self.record.trajectory()
+            with suppress(AttributeError):  # an exception class of the user's may refuse
+                translated.trajectory = self.record.trajectory()
         return translated
 
     def _where(self) -> str:

@@ -129,7 +129,8 @@ class Skeleton:
 
     def close(self) -> None:
         """Give the tree back the user's own joint torques."""
-        self._set(self._object, "jointForceVector", self._user_torque)
+        self._total = self._user_torque
+        self._set(self._object, "jointForceVector", self._total)
 
     def apply(self, torque: np.ndarray) -> None:
         """Set the muscles' torques (n,), on top of the user's own `jointForceVector`."""

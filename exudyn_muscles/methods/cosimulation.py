@@ -164,8 +164,6 @@ class CosimulationPlugin(Plugin):
         self._motion = motion
         self._simplified = settings.scheme is Scheme.SIMPLIFIED
         self.feeds_back = not self._simplified
-        if self._simplified:
-            warn_of_instability(settings)
 
     def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         settings, t = self.settings, self.start_time
@@ -177,6 +175,10 @@ class CosimulationPlugin(Plugin):
         self.a, self.F, reserve = self._muscles.start(self._geometry, Q_m, self.record, t)
         self._last_acceleration = None
         return self.model.torque(self._geometry, self.F, reserve)
+
+    def ready(self, step: float) -> None:
+        if self._simplified:
+            warn_of_instability(self.settings, step)
 
     def open_step(self, t_0: float, t_1: float) -> None:
         self._muscles.open(self.a, self.F, self._geometry, t_1 - t_0)
@@ -286,7 +288,7 @@ def css_limit(step: float, predictor: Predictor) -> float:
     Examples
     --------
     >>> round(css_limit(0.01, Predictor.CONSTANT_ACCELERATION))
-    2361
+    2020
     """
     low, high = 0.0, 16.0 / step**2
     for _ in range(60):
@@ -298,9 +300,9 @@ def css_limit(step: float, predictor: Predictor) -> float:
     return low
 
 
-def warn_of_instability(settings: Cosimulation) -> None:
+def warn_of_instability(settings: Cosimulation, step: float) -> None:
     """StabilityWarning if CSS is unstable with these gains and this step."""
-    kp, kv, step = settings.kp, settings.velocity_gain, settings.step
+    kp, kv = settings.kp, settings.velocity_gain
     if css_growth(kp, kv, step, settings.predictor) >= 1.0 and kp > 0.0:
         limit = css_limit(step, settings.predictor)
         warnings.warn(

@@ -1,0 +1,211 @@
+"""Co-simulation on the pendulum and the arm: the paper's figures, orders, predictors, stability."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import exudyn_muscles as em
+from exudyn_muscles.methods.cosimulation import css_growth, css_limit
+from models import pendulum, planar_arm
+
+from ..runs import KP, plugin_run, rms_deg
+from ..runs import settings as run_settings
+
+FULL, SIMPLIFIED = em.Scheme.FULL, em.Scheme.SIMPLIFIED
+CONSTANT, EXTRAPOLATED = em.Predictor.CONSTANT_ACCELERATION, em.Predictor.EXTRAPOLATED_ACCELERATION
+
+
+@pytest.fixture(scope="module")
+def model():
+    return pendulum.build()
+
+
+@pytest.fixture(scope="module")
+def motion():
+    return pendulum.motion()
+
+
+def run(model, motion, kp=KP, **options):
+    return em.cosimulate(model, motion, settings=em.Cosimulation(kp=kp, **options))
+
+
+def test_csf_has_the_error_of_the_papers_table_2(model, motion):
+    result = run(model, motion)
+    assert rms_deg(result)[0] == pytest.approx(0.0186, rel=0.02)
+    assert result.counts.recruitments - 1 <= 2.1 * 100
+    assert result.max_unmet_torque == 0.0
+    assert result.excitation_values.max() < 0.45
+
+
+def test_the_papers_literal_scheme_gives_the_same_motion_with_two_recruitments(model, motion):
+    ours = run(model, motion)
+    literal = run(model, motion, first_iterate=em.FirstIterate.RECRUIT)
+    np.testing.assert_allclose(ours.coordinates, literal.coordinates, atol=1e-9)
+    assert ours.counts.recruitments == 101
+    assert 2 * 100 <= literal.counts.recruitments - 1
+
+
+def test_csf_at_one_millisecond(model, motion):
+    assert rms_deg(run(model, motion, step=0.001))[0] < 2.5e-4
+
+
+@pytest.mark.parametrize(
+    ("options", "steps"),
+    [
+        ({"scheme": FULL}, [0.01, 0.005, 0.0025]),
+        ({"scheme": SIMPLIFIED}, [0.01, 0.005, 0.0025]),
+        ({"scheme": SIMPLIFIED, "predictor": EXTRAPOLATED}, [0.005, 0.0025, 0.00125]),
+    ],
+)
+def test_second_order_in_the_step(model, motion, options, steps):
+    errors = [rms_deg(run(model, motion, step=step, **options))[0] for step in steps]
+    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert order > 1.9
+
+
+def test_css(model, motion):
+    constant = run(model, motion, scheme=SIMPLIFIED)
+    extrapolated = run(model, motion, scheme=SIMPLIFIED, predictor=EXTRAPOLATED)
+    assert rms_deg(constant)[0] <= 0.1215
+    assert rms_deg(extrapolated)[0] <= 0.035
+    for result in (constant, extrapolated):
+        assert result.counts.recruitments - 1 == 100
+
+
+@pytest.mark.parametrize("predictor", [CONSTANT, EXTRAPOLATED])
+@pytest.mark.parametrize("share", [0.9, 1.1])
+def test_disturbances_grow_and_decay_as_the_stability_limit_says(model, predictor, share):
+    still = em.Motion.from_waypoints([0.0, 1.5], [np.pi, np.pi])
+    kp = share * css_limit(0.01, predictor)
+    settings = em.Cosimulation(kp=kp, scheme=SIMPLIFIED, predictor=predictor)
+    model.skeleton.set_initial_state(np.array([np.pi + 1e-6]), np.array([0.0]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", em.StabilityWarning)
+        result = plugin_run(
+            model, em.CosimulationPlugin(model, still, settings), run_settings(end=1.5)
+        )
+    a = np.abs(result.accelerations[:, 0])
+    growth = (a[90] / a[50]) ** (1 / 40)
+    expected = css_growth(kp, 2.0 * np.sqrt(kp), 0.01, predictor)
+    assert (expected < 1.0) == (share < 1.0)
+    assert growth == pytest.approx(expected, rel=0.005)
+
+
+def test_css_outside_its_limit_warns_with_the_limit(model, motion):
+    with pytest.warns(em.StabilityWarning, match=r"stable up to kp = 2020 .*\(kp step\^2 = 0\.202"):
+        em.cosimulate(
+            model,
+            em.Motion.from_waypoints([0.0, 0.02], [np.pi, np.pi]),
+            settings=em.Cosimulation(kp=2500.0, scheme=SIMPLIFIED),
+        )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        run(model, motion, kp=2500.0)
+        run(model, motion, kp=1000.0, scheme=SIMPLIFIED)
+
+
+def test_growth_at_known_gains():
+    assert css_growth(2500.0, 100.0, 0.01, CONSTANT) > 1.0
+    assert css_growth(1000.0, 2 * 1000**0.5, 0.01, EXTRAPOLATED) > 1.0
+    assert css_growth(KP, 2 * KP**0.5, 0.01, CONSTANT) < 1.0
+    assert css_growth(KP, 2 * KP**0.5, 0.01, EXTRAPOLATED) < 1.0
+
+
+def test_csf_is_stable_at_high_gains(model, motion):
+    result = run(model, motion, kp=40000.0)
+    assert result.counts.newton_iterations <= 110
+    assert rms_deg(result)[0] < 0.0186
+
+
+def test_the_planar_arm():
+    model, motion = planar_arm.build(), planar_arm.motion()
+    result = run(model, motion)
+    assert (rms_deg(result) < 0.05).all()
+    assert result.max_unmet_torque == 0.0
+    assert result.counts.newton_iterations <= 110
+    css = run(model, motion, scheme=SIMPLIFIED)
+    assert css.max_unmet_torque == 0.0
+    assert (rms_deg(css) < 0.1).all()
+
+
+def test_out_of_reach_the_run_goes_on_and_says_so(model):
+    violent = em.Motion.from_waypoints(
+        np.array([0, 1 / 3, 2 / 3, 1]) * 0.5, np.radians([180.0, 120.0, 240.0, 180.0])
+    )
+    with pytest.warns(em.UnmetTorqueWarning, match="theta: demand out of reach in") as caught:
+        result = run(model, violent)
+    assert len([w for w in caught if w.category is em.UnmetTorqueWarning]) == 1
+    assert result.status is em.Status.COMPLETE
+    assert result.counts.rejected_steps == 0
+    short = result.torques_unmet[:, 0] != 0.0
+    assert 5 < short.sum() < 50
+    np.testing.assert_allclose(
+        (result.torques_delivered[1:] + result.torques_unmet)[short],
+        result.torques_demanded[short],
+        atol=1e-6,
+    )
+    # Where short, the muscle that pulls the right way pulls its best.
+    full = np.isclose(result.force_optimal, result.force_max, rtol=1e-6).any(axis=1)
+    assert full[short].all()
+
+
+def test_out_of_reach_can_be_an_error(model):
+    violent = em.Motion.from_waypoints(
+        np.array([0, 1 / 3, 2 / 3, 1]) * 0.5, np.radians([180.0, 120.0, 240.0, 180.0])
+    )
+    with pytest.raises(em.UnmetTorqueError, match=r"t = 0\.\d+ s, short by {'theta'") as caught:
+        run(model, violent, raise_on_unmet_torque=True)
+    assert caught.value.trajectory.max_unmet_torque == 0.0
+
+
+def test_a_reserve_takes_over_where_the_muscles_end():
+    weak = pendulum.build()
+    model = em.MusculoskeletalModel(
+        weak.mbs,
+        0,
+        list(weak.muscles),
+        coordinates=["theta"],
+        reserves=[em.Reserve("theta", optimal_force=1.0)],
+    )
+    violent = em.Motion.from_waypoints(
+        np.array([0, 1 / 3, 2 / 3, 1]) * 0.5, np.radians([180.0, 120.0, 240.0, 180.0])
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        result = run(model, violent)
+    assert result.max_unmet_torque == 0.0
+    assert np.abs(result.reserves).max() > 10.0
+    assert rms_deg(result)[0] < 0.2
+    muscles = np.einsum(
+        "tij,ti->tj",
+        np.array([model.geometry(q, q).moment_arms for q in result.coordinates]),
+        result.tendon_forces,
+    )
+    np.testing.assert_allclose(
+        muscles + result.reserves, result.torques_delivered, atol=1e-5
+    )
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"kp": -1.0}, "kp = -1.0 is outside"),
+        ({"kp": np.nan}, "kp = nan"),
+        ({"kv": -2.0}, "kv = -2.0"),
+        ({"step": 0.0}, "step = 0.0 s is outside"),
+        ({"scheme": "full"}, "scheme = 'full' is not a Scheme"),
+        ({"solver": "daqp"}, "solver = 'daqp'"),
+        ({"window_tolerance": 0.0}, "tolerance = 0.0 is outside"),
+        ({"predictor": 1}, "predictor = 1"),
+    ],
+)
+def test_bad_settings_are_named(options, message):
+    with pytest.raises(em.ParameterError, match=message):
+        em.Cosimulation(**options)
+
+
+def test_a_step_longer_than_the_motion(model):
+    short = em.Motion.from_waypoints([0.0, 0.005], [np.pi, np.pi])
+    with pytest.raises(em.ParameterError, match=r"step = 0\.01 s is longer than the span"):
+        run(model, short)

@@ -1,0 +1,143 @@
+"""Forward dynamics: against muscle states as Exudyn ODE1 coordinates, and convergence."""
+
+import exudyn as exu
+import numpy as np
+import pytest
+from exudyn.utilities import NodeGenericODE1, ObjectGenericODE1
+
+import exudyn_muscles as em
+from models import pendulum
+
+
+def ode1_reference(model, excitations, steps, end):
+    """The same system with a and F / F0 as ODE1 coordinates of Exudyn itself.
+
+    Exudyn's trapezoidal rule integrates everything; the torque is set from the iterate's F.
+    """
+    mbs, muscles = model.mbs, model.muscles
+    q_0, v_0, a_0, F_0 = excitations.initial
+    m, strength = len(muscles), muscles.max_isometric_force
+    node = mbs.AddNode(
+        NodeGenericODE1(
+            referenceCoordinates=[0.0] * 2 * m,
+            initialCoordinates=list(np.concatenate([a_0, F_0 / strength])),
+            numberOfODE1Coordinates=2 * m,
+        )
+    )
+    u = excitations.values[0]
+
+    def rates(y, q, v):
+        a, F = np.array(y[:m]), np.array(y[m:]) * strength
+        tau = np.where(u > a, 0.015, 0.050)
+        geometry = model.geometry(q, v)
+        F_t = em.contraction_rate(muscles, a, F, geometry.length, geometry.lengthening_speed)[:, 0]
+        return np.concatenate([(u - a) / tau, F_t / strength])
+
+    def state():
+        data = mbs.systemData
+        return np.array(data.GetODE2Coordinates()), np.array(data.GetODE2Coordinates_t())
+
+    mbs.AddObject(
+        ObjectGenericODE1(
+            nodeNumbers=[node], rhsUserFunction=lambda mbs, t, item, y: rates(y, *state())
+        )
+    )
+    mbs.Assemble()
+    model.skeleton.attach_views()
+    model.skeleton.set_initial_state(q_0, v_0)
+    y_0 = np.concatenate([a_0, F_0 / strength])
+    # Exudyn starts ODE1 rates at zero, which would cost an order.
+    mbs.systemData.SetODE1Coordinates_t(
+        rates(y_0, q_0, v_0), configuration=exu.ConfigurationType.Initial
+    )
+
+    def torque(y, q, v):
+        F = np.array(y[m:]) * strength
+        return model.geometry(q, v).moment_arms.T @ F
+
+    def pre_newton(mbs, t, iteration, discontinuous):
+        tau = torque(mbs.systemData.GetODE1Coordinates(), *state())
+        mbs.SetObjectParameter(0, "jointForceVector", tau)
+
+    mbs.SetObjectParameter(0, "jointForceVector", torque(y_0, q_0, v_0))
+    mbs.SetPreNewtonResidualUserFunction(pre_newton)
+    settings = exu.SimulationSettings()
+    settings.timeIntegration.numberOfSteps = steps
+    settings.timeIntegration.endTime = end
+    settings.timeIntegration.newton.useModifiedNewton = False
+    settings.timeIntegration.newton.maxIterations = 60
+    settings.timeIntegration.newton.relativeTolerance = 1e-13
+    settings.timeIntegration.newton.absoluteTolerance = 1e-11
+    settings.timeIntegration.verboseMode = 0
+    settings.solution.file.write = False
+    mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2)
+    y = mbs.systemData.GetODE1Coordinates()
+    return (*state(), y[:m], y[m:] * strength)
+
+
+def initial_state(model):
+    """Off equilibrium, moving, with unequal muscles."""
+    q, v, a = np.array([2.8]), np.array([0.5]), np.array([0.2, 0.05])
+    return q, v, a, em.equilibrium(model.muscles, a, model.geometry(q, v).length)
+
+
+def test_unified_steps_equal_muscle_states_as_exudyn_ode1_coordinates():
+    model, reference = pendulum.build(), pendulum.build()
+    steps, end = 200, 0.2
+    excitations = em.Excitations([0.0, end], [[0.5, 0.1]], initial=initial_state(model))
+    result = em.forward_dynamics(model, excitations)
+    q, v, a, F = ode1_reference(reference, excitations, steps, end)
+
+    assert abs(result.coordinates[-1, 0] - q[0]) < 1e-8
+    assert abs(result.speeds[-1, 0] - v[0]) < 1e-7
+    assert np.abs(result.activations[-1] - a).max() < 1e-9
+    assert np.abs(result.tendon_forces[-1] - F).max() < 1e-8 * 3000.0
+    assert abs(q[0] - 2.8) > 0.05, "the comparison needs a motion"
+
+
+def test_second_order_in_the_step():
+    model = pendulum.build()
+    end = 0.08
+    excitations = em.Excitations([0.0, end], [[0.5, 0.1]], initial=initial_state(model))
+
+    def final(step):
+        result = em.forward_dynamics(model, excitations, settings=em.Forward(step=step))
+        return np.concatenate([result.coordinates[-1], result.tendon_forces[-1] / 3000.0])
+
+    steps = np.array([4e-3, 2e-3, 1e-3])
+    exact = final(2.5e-5)
+    errors = [np.abs(final(step) - exact).max() for step in steps]
+    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert 1.8 < order < 2.3
+
+
+def test_starts_in_the_steady_state_of_the_first_excitations():
+    model = pendulum.build()
+    model.skeleton.set_initial_state(np.array([np.pi]), np.array([0.0]))
+    result = em.forward_dynamics(model, em.Excitations([0.0, 0.05], [[0.3, 0.3]]))
+    np.testing.assert_allclose(result.coordinates, np.pi, atol=1e-10)
+    np.testing.assert_allclose(np.ptp(result.tendon_forces, axis=0), 0.0, atol=1e-6)
+    np.testing.assert_allclose(result.activations, 0.3, atol=1e-12)
+
+
+def test_excitations_below_the_minimum_activation_count_as_the_minimum():
+    model = pendulum.build()
+    result = em.forward_dynamics(model, em.Excitations([0.0, 0.02], [[0.0, 0.0]]))
+    np.testing.assert_allclose(result.activations, 0.01, atol=1e-12)
+    np.testing.assert_allclose(result.excitation_values, 0.01)
+
+
+@pytest.mark.parametrize(
+    ("time", "values", "message"),
+    [
+        ([0.0, 0.1], [[0.5]], "1 muscles for a model with 2"),
+        ([0.0, 0.1], [[0.5, 1.2]], r"'right': excitation 1.2 at t = 0 s is outside \[0, 1\]"),
+        ([0.0, 0.1], [[-0.1, 0.2]], "'left': excitation -0.1"),
+        ([0.0, 0.1], [[0.5, np.nan]], "finite"),
+        ([0.1, 0.1], [[0.5, 0.5]], "increase"),
+        ([0.0, 0.1, 0.2], [[0.5, 0.5]], "do not fit"),
+    ],
+)
+def test_bad_excitations_are_named(time, values, message):
+    with pytest.raises(em.ParameterError, match=message):
+        em.forward_dynamics(pendulum.build(), em.Excitations(time, values))

@@ -1,0 +1,442 @@
+"""The plugin in users' own runs: solvers, rejections, repeated runs, and the host's traps."""
+
+import signal
+import threading
+import warnings
+
+import exudyn as exu
+import numpy as np
+import pytest
+from exudyn.utilities import (
+    LoadCoordinate,
+    MarkerKinematicTreeRigid,
+    MarkerNodeCoordinate,
+    SensorUserFunction,
+)
+
+import exudyn_muscles as em
+from models import pendulum, planar_arm
+
+from .runs import KP, TRAPEZOIDAL, csf, plugin_run, rms_deg, settings, start_at
+
+
+@pytest.fixture
+def model():
+    built = pendulum.build()
+    start_at(built, pendulum.motion())
+    return built
+
+
+@pytest.fixture(scope="module")
+def motion():
+    return pendulum.motion()
+
+
+def same_bits(first, second):
+    return all(
+        np.array_equal(getattr(first, name), getattr(second, name), equal_nan=True)
+        for name in ("coordinates", "speeds", "accelerations", "tendon_forces", "excitation_values")
+    )
+
+
+# Solvers and settings
+
+
+def test_a_users_run_equals_the_method(model, motion):
+    s = settings()
+    s.timeIntegration.newton.useModifiedNewton = False
+    result = plugin_run(model, csf(model, motion), s)
+    method = em.cosimulate(model, motion, settings=em.Cosimulation(kp=KP))
+    assert result.status is em.Status.COMPLETE
+    np.testing.assert_allclose(result.coordinates, method.coordinates, atol=1e-9)
+
+
+@pytest.mark.parametrize("modified", [True, False])
+@pytest.mark.parametrize("solver", [TRAPEZOIDAL, exu.DynamicSolverType.GeneralizedAlpha])
+def test_both_implicit_solvers_with_both_newton_methods(model, motion, solver, modified):
+    s = settings()
+    s.timeIntegration.newton.useModifiedNewton = modified
+    result = plugin_run(model, csf(model, motion), s, solver)
+    assert result.counts.steps == 100 and result.counts.rejected_steps == 0
+    assert rms_deg(result)[0] < 0.03
+    # The Newton matrix knows the control law: one iteration a step.
+    assert result.counts.newton_iterations <= 1.1 * 100
+
+
+@pytest.mark.parametrize("solver", [TRAPEZOIDAL, exu.DynamicSolverType.GeneralizedAlpha])
+def test_cmc_in_a_users_run(model, motion, solver):
+    plugin = em.CMCPlugin(model, motion, em.CMC(kp=KP))
+    result = plugin_run(model, plugin, settings(0.001), solver)
+    assert rms_deg(result)[0] < 0.0186
+    assert len(result.excitation_values) == 100
+
+
+def test_explicit_solvers_are_refused(model, motion):
+    with pytest.raises(em.ModelError, match="explicit solvers cannot be used"):
+        plugin_run(model, csf(model, motion), settings(0.001), exu.DynamicSolverType.RK44)
+
+
+# Rejected steps
+
+
+def force_rejections(mbs, every):
+    """Reject each `every`-th step at its full size, as a contact model might: halve it once."""
+    seen = {"calls": 0, "rejected": 0}
+
+    def post_newton(mbs, t):
+        seen["calls"] += 1
+        h = t - mbs.systemData.GetTime(exu.ConfigurationType.StartOfStep)
+        # Exudyn doubles the step again after ten good ones.
+        if seen["calls"] % every == 0:
+            seen["rejected"] += 1
+            return [10.0, 0.5 * h]
+        return [0.0, -1.0]
+
+    mbs.SetPostNewtonUserFunction(post_newton)
+    return seen
+
+
+def rejected_run(make, step, reject):
+    model, motion = pendulum.build(), pendulum.motion()
+    start_at(model, motion)
+    seen = force_rejections(model.mbs, 23) if reject else {"rejected": 0}
+    result = plugin_run(model, make(model, motion), settings(step))
+    assert result.counts.rejected_steps == seen["rejected"]
+    return result
+
+
+def test_forced_rejections_keep_csf_second_order_and_the_muscles_consistent():
+    errors = []
+    for step in (0.02, 0.01, 0.005):
+        result = rejected_run(csf, step, True)
+        assert result.counts.rejected_steps >= 2
+        errors.append(rms_deg(result)[0])
+        # The committed force is the one that the window's excitation leads to, from the committed
+        # state before: integrate the recorded windows again.
+        model = pendulum.build()
+        for k in range(0, len(result.time) - 1, 13):
+            ends = [model.geometry(result.coordinates[j], result.speeds[j]) for j in (k, k + 1)]
+            end = em.integrate_window(
+                model.muscles,
+                result.activations[k],
+                result.tendon_forces[k],
+                result.excitation_values[k],
+                [g.length for g in ends],
+                [g.lengthening_speed for g in ends],
+                result.time[k + 1] - result.time[k],
+            )
+            np.testing.assert_allclose(end.force, result.tendon_forces[k + 1], atol=2e-4 * 3000)
+            np.testing.assert_allclose(end.activation, result.activations[k + 1], atol=1e-12)
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert (orders > 1.7).all()
+
+
+def test_forced_rejections_do_not_change_the_cmc_windows():
+    def cmc(model, motion):
+        return em.CMCPlugin(model, motion, em.CMC(kp=KP))
+
+    plain, rejected = (rejected_run(cmc, 0.001, reject) for reject in (False, True))
+    assert rejected.counts.rejected_steps > 40
+    # Steps of half the size may end between the windows' ends: the windows follow the steps.
+    assert len(rejected.excitation_values) in (99, 100)
+    final = np.interp(0.5, rejected.time, rejected.coordinates[:, 0])
+    assert abs(final - plain.coordinates[500, 0]) < 2e-4
+
+
+# Repeated runs
+
+
+def test_a_repeated_run_gives_the_same_bits(model, motion):
+    plugin = csf(model, motion)
+    first = plugin_run(model, plugin, settings())
+    second = plugin_run(model, plugin, settings())
+    third = plugin_run(model, csf(model, motion), settings())
+    assert same_bits(first, second) and same_bits(first, third)
+
+
+def test_two_models_in_one_process_do_not_meet(model, motion):
+    alone = plugin_run(model, csf(model, motion), settings())
+    arm = planar_arm.build()
+    start_at(arm, planar_arm.motion())
+    other = pendulum.build()
+    start_at(other, motion)
+    plugin = csf(other, motion)
+    with plugin.attached():
+        # A whole run of another model while this one is attached.
+        assert plugin_run(arm, csf(arm, planar_arm.motion()), settings()).counts.steps == 100
+        other.mbs.SolveDynamic(settings(), solverType=TRAPEZOIDAL)
+    assert same_bits(alone, plugin.result())
+
+
+def test_consecutive_runs_continue_a_motion(model, motion):
+    whole = plugin_run(model, csf(model, motion), settings())
+    first = csf(model, motion)
+    with first.attached():
+        model.mbs.SolveDynamic(
+            settings(end=0.5), solverType=TRAPEZOIDAL, updateInitialValues=True
+        )
+    second = em.CosimulationPlugin(model, motion, em.Cosimulation(kp=KP), start=0.5)
+    with second.attached():
+        model.mbs.SolveDynamic(settings(start=0.5, end=1.0), solverType=TRAPEZOIDAL)
+    assert first.result().time[-1] == pytest.approx(0.5)
+    np.testing.assert_allclose(
+        second.result().coordinates[:, 0], whole.coordinates[50:, 0], atol=2e-4
+    )
+
+
+def test_the_users_mbs_is_as_before(model, motion):
+    mbs = model.mbs
+    mbs.SetObjectParameter(0, "jointForceVector", [0.25])
+    q, v = model.skeleton.initial_state()
+
+    def own(mbs, t):
+        return True
+
+    mbs.SetPreStepUserFunction(own)
+    em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP))
+    em.static_optimization(model, motion)
+    assert mbs.GetObjectParameter(0, "jointForceVector") == pytest.approx([0.25])
+    assert mbs.GetPreStepUserFunction()["function"] is own
+    assert mbs.GetPostStepUserFunction() == 0
+    assert mbs.GetPreNewtonResidualUserFunction() == 0
+    assert mbs.GetSystemJacobianUserFunction() == 0
+    after = model.skeleton.initial_state()
+    assert np.array_equal(after[0], q) and np.array_equal(after[1], v)
+    mbs.SolveDynamic(settings(end=0.1), solverType=TRAPEZOIDAL)
+
+
+def test_the_users_own_torque_load_and_spring_are_part_of_the_demand(model, motion):
+    """A known torque on the joint: the muscles deliver the rest, the motion is the same."""
+    plain = plugin_run(model, csf(model, motion), settings())
+    model.mbs.SetObjectParameter(0, "jointForceVector", [1.5])
+    node = model.mbs.GetObjectParameter(0, "nodeNumber")
+    marker = model.mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
+    model.mbs.AddLoad(
+        LoadCoordinate(
+            markerNumber=marker, load=0.0, loadUserFunction=lambda mbs, t, load: 2.0 * np.sin(9 * t)
+        )
+    )
+    model.mbs.Assemble()
+    start_at(model, motion)
+    loaded = plugin_run(model, csf(model, motion), settings())
+    np.testing.assert_allclose(loaded.coordinates, plain.coordinates, atol=1e-8)
+    t = loaded.time[1:]
+    given = 1.5 + 2.0 * np.sin(9 * t)
+    np.testing.assert_allclose(
+        loaded.torques_delivered[1:, 0] + given, plain.torques_delivered[1:, 0], atol=1e-5
+    )
+
+
+def test_sensors_and_own_user_functions_see_the_run(model, motion):
+    mbs = model.mbs
+    plugin = csf(model, motion)
+    sensor = mbs.AddSensor(
+        SensorUserFunction(
+            sensorNumbers=[],
+            factors=[],
+            storeInternal=True,
+            sensorUserFunction=lambda mbs, t, numbers, factors, c: list(getattr(plugin, "F", [0, 0])),
+        )
+    )
+    calls = []
+    mbs.SetPreStepUserFunction(lambda mbs, t: calls.append(t) is None)
+    mbs.Assemble()
+    start_at(model, motion)
+    s = settings()
+    s.solution.sensors.writePeriod = 0.01
+    result = plugin_run(model, plugin, s)
+    stored = mbs.GetSensorStoredData(sensor)
+    assert len(calls) == 100
+    np.testing.assert_array_equal(stored[1:, 1:], result.tendon_forces[1:])
+
+
+# Traps of the host
+
+
+def test_the_torque_at_the_start_is_in_the_initial_accelerations(model, motion):
+    result = plugin_run(model, csf(model, motion), settings())
+    M, bias = model.skeleton.dynamics_at(result.coordinates[0], result.speeds[0], 0.0)
+    expected = np.linalg.solve(M, result.torques_delivered[0] - bias)
+    np.testing.assert_allclose(result.accelerations[0], expected, atol=1e-10)
+
+
+def test_without_initial_accelerations_the_run_is_refused(model, motion):
+    start_at(model, motion)
+    model.skeleton.set_initial_state(np.array([3.0]), np.array([0.5]))
+    s = settings()
+    s.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
+    with pytest.raises(em.ParameterError, match="computeInitialAccelerations"):
+        plugin_run(model, csf(model, motion), s)
+
+
+def test_the_first_iterate_of_exudyn_has_no_acceleration(model, motion):
+    """The contract that the predictors rest on: a new release that changes it is seen here."""
+    seen = []
+    plugin = csf(model, motion)
+    original = plugin.torque
+
+    def spy(t, first):
+        h = t - model.mbs.systemData.GetTime(exu.ConfigurationType.StartOfStep)
+        q, v, a = (x.copy() for x in model.skeleton.start)
+        if first:
+            seen.append(
+                np.concatenate(
+                    [
+                        model.skeleton.q - (q + h * v + 0.25 * h * h * a),
+                        model.skeleton.v - (v + 0.5 * h * a),
+                        model.skeleton.acceleration,
+                    ]
+                )
+            )
+        return original(t, first)
+
+    plugin.torque = spy
+    plugin_run(model, plugin, settings())
+    assert len(seen) == 100
+    assert np.abs(seen).max() < 1e-13
+
+
+def test_a_user_function_that_returns_none_is_an_error(model, motion):
+    model.mbs.SetPreStepUserFunction(lambda mbs, t: None)
+    with pytest.raises(em.ModelError, match="PreStep user function of the mbs returned None"):
+        plugin_run(model, csf(model, motion), settings())
+
+
+def test_a_run_that_a_user_function_stops_is_incomplete(model, motion):
+    model.mbs.SetPostStepUserFunction(lambda mbs, t: t < 0.495)
+    with pytest.warns(em.IncompleteRunWarning, match=r"stopped by a user function at t = 0\.5"):
+        result = plugin_run(model, csf(model, motion), settings())
+    assert result.status is em.Status.INCOMPLETE
+    assert result.time[-1] == pytest.approx(0.5)
+    assert "stopped" in result.message
+
+
+class Disaster(Exception):
+    """Something that goes wrong in a user's code."""
+
+
+def failing_at(t_fail, error):
+    def progress(t):
+        if t >= t_fail:
+            raise error
+
+    return progress
+
+
+@pytest.mark.parametrize("error", [Disaster("boom"), KeyboardInterrupt()])
+def test_exceptions_inside_surface_as_themselves(model, motion, error):
+    plugin = em.CosimulationPlugin(
+        model, motion, em.Cosimulation(kp=KP), progress=failing_at(0.3, error)
+    )
+    with pytest.raises(type(error)) as caught:
+        plugin_run(model, plugin, settings())
+    assert caught.value is error
+    assert "at t = 0.3 s" in error.__notes__[0] and "q = " in error.__notes__[0]
+    partial = plugin.result()
+    assert partial.status is em.Status.INCOMPLETE
+    assert partial.time[-1] == pytest.approx(0.3)
+    assert error.trajectory.time[-1] == pytest.approx(0.3)
+    # The mbs is usable at once.
+    again = plugin_run(model, csf(model, motion), settings())
+    assert again.status is em.Status.COMPLETE
+
+
+def test_ctrl_c_from_the_keyboard(model, motion):
+    def interrupt_at_half(t):
+        if abs(t - 0.5) < 1e-9:
+            signal.raise_signal(signal.SIGINT)
+
+    assert threading.current_thread() is threading.main_thread()
+    with pytest.raises(KeyboardInterrupt) as caught:
+        em.cosimulate(
+            model, motion, settings=em.Cosimulation(kp=KP), progress=interrupt_at_half
+        )
+    assert 0.48 < caught.value.trajectory.time[-1] < 0.52
+
+
+def test_an_unreachable_tolerance_is_a_simulation_error(model, motion):
+    s = settings()
+    s.timeIntegration.newton.maxIterations = 1
+    s.timeIntegration.newton.relativeTolerance = 1e-300
+    s.timeIntegration.newton.absoluteTolerance = 1e-300
+    plugin = csf(model, motion)
+    with pytest.raises(em.SimulationError, match="Exudyn gave up at t = "):
+        plugin_run(model, plugin, s)
+    assert len(plugin.result().time) >= 1
+    assert plugin_run(model, csf(model, motion), settings()).status is em.Status.COMPLETE
+
+
+def test_nonfinite_loads_of_the_user_are_reported(model, motion):
+    marker = model.mbs.AddMarker(
+        MarkerKinematicTreeRigid(objectNumber=0, linkNumber=0, localPosition=[0.0, -0.5, 0.0])
+    )
+    from exudyn.utilities import LoadForceVector
+
+    model.mbs.AddLoad(
+        LoadForceVector(
+            markerNumber=marker,
+            loadVectorUserFunction=lambda mbs, t, load: [np.nan if t > 0.205 else 0.0, 0.0, 0.0],
+        )
+    )
+    model.mbs.Assemble()
+    start_at(model, motion)
+    with pytest.raises(em.SimulationError, match=r"torque .*nan.* at t = 0\.21 s is not finite"):
+        plugin_run(model, csf(model, motion), settings())
+
+
+# Misuse
+
+
+def test_run_beyond_the_motions_end(model, motion):
+    plugin = csf(model, motion)
+    with pytest.raises(em.MotionError, match=r"endTime = 1\.5 s is beyond the end at 1 s"):
+        plugin_run(model, plugin, settings(end=1.5))
+    with pytest.raises(em.SimulationError, match="no result"):
+        plugin.result()
+
+
+def test_wrong_start_time(model, motion):
+    with pytest.raises(em.ParameterError, match=r"startTime = 0\.2 s"):
+        plugin_run(model, csf(model, motion), settings(start=0.2))
+
+
+def test_two_runs_in_one_attachment(model, motion):
+    plugin = csf(model, motion)
+    with (
+        pytest.raises(em.ModelError, match="attach the plugin anew"),
+        plugin.attached(),
+    ):
+        for _ in range(2):
+            model.mbs.SolveDynamic(settings(), solverType=TRAPEZOIDAL)
+    assert plugin.result().time[-1] == pytest.approx(1.0)
+
+
+def test_attached_twice(model, motion):
+    plugin = csf(model, motion)
+    with plugin.attached(), pytest.raises(em.ModelError, match="already attached"):
+        with plugin.attached():
+            pass
+
+
+def test_result_before_a_run(model, motion):
+    with pytest.raises(em.SimulationError, match="no result yet"):
+        csf(model, motion).result()
+
+
+def test_mbs_changed_after_the_model_was_built(model, motion):
+    model.mbs.AddMarker(MarkerKinematicTreeRigid(objectNumber=0, linkNumber=0))
+    with pytest.raises(em.ModelError, match="not assembled"):
+        em.cosimulate(model, motion)
+
+
+def test_wrong_number_of_coordinates(model):
+    arm = planar_arm.motion()
+    for call in (em.cosimulate, em.computed_muscle_control, em.static_optimization):
+        with pytest.raises(em.MotionError, match="motion has 2 coordinates, the model 1"):
+            call(model, arm)
+
+
+def test_no_warnings_in_a_clean_run(model, motion):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plugin_run(model, csf(model, motion), settings())
