@@ -20,6 +20,7 @@ import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from typing import Any
 
 import exudyn as exu
 import numpy as np
@@ -69,6 +70,8 @@ class Plugin(ABC):
     feeds_back = True  # the torque depends on the iterate, so that Newton's matrix has to know it
     a: np.ndarray
     F: np.ndarray
+    settings: object
+    motion: Motion | None
 
     def __init__(
         self,
@@ -83,9 +86,9 @@ class Plugin(ABC):
         self.skeleton = model.skeleton
         self.start_time, self.end_time = start, end
         self.settings = settings
-        self._motion = motion
+        self.motion = motion
         self._progress = progress
-        self.record: Recorder | None = None
+        self._reset()
         self._attached = False
 
     # What a method supplies.
@@ -97,8 +100,9 @@ class Plugin(ABC):
         `a` and `F` are the committed state from then on; only `accept` replaces them.
         """
 
+    @abstractmethod
     def ready(self, step: float) -> None:
-        """The run begins with steps of length `step`: a last chance to warn."""
+        """The run begins with steps of length `step` [s]: a last chance to warn."""
 
     @abstractmethod
     def open_step(self, t_0: float, t_1: float) -> None:
@@ -154,16 +158,8 @@ class Plugin(ABC):
         self._attached = True
         hooks = _Hooks(mbs)
         try:
-            self._open = False
-            self._started = False
-            self._calls = 0
-            self._step = 0.0
-            self.counts = Counts()
-            q, v = self.skeleton.initial_state()
-            self.record = Recorder(
-                self.method, self.model, self.settings, self.counts, self._motion
-            )
-            self.skeleton.apply(self.begin(q, v))
+            self._reset()
+            self.skeleton.apply(self.begin(*self.skeleton.initial_state()))
             self._triplets = _triplets(self.skeleton)
             hooks.install(self)
             yield self
@@ -176,7 +172,7 @@ class Plugin(ABC):
             hooks.restore()
             with suppress(exu.ExudynError):
                 self.skeleton.close()
-            self.record.cpu_time += time.process_time() - cpu
+            self.record.cpu_time = time.process_time() - cpu
         warn_of_unmet_torque(self.record)
 
     def result(self) -> Trajectory:
@@ -187,9 +183,17 @@ class Plugin(ABC):
         SimulationError
             Nothing was simulated yet.
         """
-        if self.record is None or not self.record.time:
+        if not self.record.time:
             raise SimulationError("there is no result yet: run mbs.SolveDynamic within attached()")
         return self.record.trajectory()
+
+    def _reset(self) -> None:
+        self._open = False  # a step is being tried
+        self._started = False
+        self._calls = 0  # of pre_newton in this step
+        self._step = 0.0
+        self.counts = Counts()
+        self.record = Recorder(self.method, self.model, self.settings, self.counts, self.motion)
 
     # The hooks.
 
@@ -200,8 +204,8 @@ class Plugin(ABC):
         self._open, self._t_0, self._last_iteration, self._calls = True, t_0, -1, 0
         step = t - t_0
         if abs(step - self._step) > 1e-6 * step:
-            # Modified Newton would go on with the matrix of the other step size; with ten iterations
-            # a step instead of one, Exudyn never enlarges a reduced step again.
+            # Modified Newton would go on with the matrix of the other step size; with ten
+            # iterations a step instead of one, Exudyn never enlarges a reduced step again.
             self._solver().conv.jacobianUpdateRequested = True
         self._step = step
         self.open_step(t_0, t)
@@ -230,7 +234,7 @@ class Plugin(ABC):
         """What has to be added to Exudyn's own Newton matrix."""
         solver = self._solver()
         rows = self.skeleton.rows
-        exact = solver.GetSystemJacobian()[rows]
+        exact = np.asarray(solver.GetSystemJacobian())[rows]
         mass = (1.0 - solver.alphaM) / (1.0 - solver.alphaF)
         change = -exact
         change[:, rows] += self.jacobian(exact[:, rows], mass, dq, dv)
@@ -319,15 +323,10 @@ class Plugin(ABC):
         """The exception that a user function raised, or Exudyn's own as a SimulationError."""
         cause = error.__cause__
         where = self._where()
-        if cause is None:
-            translated = SimulationError(f"Exudyn gave up {where}: {error}")
-        else:
-            translated = cause
-            translated.add_note(f"raised in the simulation {where}")
-        self.record.message = f"{type(translated).__name__} {where}: {translated}"
-        if self.record.time:
-            with suppress(AttributeError):  # an exception class of the user's may refuse
-                translated.trajectory = self.record.trajectory()
+        translated: BaseException = cause or SimulationError(f"Exudyn gave up {where}: {error}")
+        if cause is not None:
+            cause.add_note(f"raised in the simulation {where}")
+        self.record.fail(translated, where)
         return translated
 
     def _where(self) -> str:
@@ -362,7 +361,7 @@ class _Hooks:
 
     def __init__(self, mbs: exu.MainSystem) -> None:
         self._mbs = mbs
-        self._before = {}
+        self._before: dict[str, Any] = {}
         for name in self.NAMES:
             stored = getattr(mbs, f"Get{name}UserFunction")()
             self._before[name] = stored["function"] if isinstance(stored, dict) else stored
@@ -372,7 +371,7 @@ class _Hooks:
             )
 
     def install(self, plugin: Plugin) -> None:
-        own = {
+        own: dict[str, Callable] = {
             "PreStep": plugin.pre_step,
             "PreNewtonResidual": plugin.pre_newton,
             "PostStep": plugin.post_step,
@@ -388,19 +387,19 @@ class _Hooks:
             getattr(self._mbs, f"Set{name}UserFunction")(function)
 
 
-def _chained(name: str, before: Callable | int, own: Callable) -> Callable:
+def _chained(name: str, before: Any, own: Callable) -> Callable:
     """The user's own function first, then the plugin's."""
     if not before:
         return own
     if name == "PreNewtonResidual":
 
-        def both(*arguments):
+        def both(*arguments: Any) -> None:
             before(*arguments)
             own(*arguments)
 
         return both
 
-    def checked(*arguments):
+    def checked(*arguments: Any) -> bool:
         proceed = before(*arguments)
         if proceed is None:
             raise ModelError(

@@ -1,5 +1,8 @@
 """Every exception and warning of the package.
 
+An exception that ends a run in its middle, of whatever class, carries what was found up to then as
+its attribute `trajectory`.
+
 All exceptions derive from `ExudynMusclesError`. Those that report bad input also derive from
 `ValueError`, those that report a failure while running from `RuntimeError`.
 """
@@ -40,9 +43,7 @@ class UnmetTorqueError(RecruitmentError):
 
 
 class SimulationError(ExudynMusclesError, RuntimeError):
-    """A simulation stopped before its end; what was accepted is in `trajectory` if not None."""
-
-    trajectory = None
+    """A simulation stopped before its end."""
 
 
 class ExudynMusclesWarning(UserWarning):

@@ -92,7 +92,7 @@ class MusculoskeletalModel:
         return self.skeleton.coordinates
 
     def torque(self, geometry: Geometry, F: np.ndarray, reserve: np.ndarray) -> np.ndarray:
-        """Torques (n,) of tendon forces `F` (m,) and reserve torques (r,); slack tendons pull not."""
+        """Torques (n,) of tendon forces `F` (m,) and reserves (r,); slack tendons do not push."""
         torque = geometry.moment_arms.T @ np.maximum(F, 0.0)
         if reserve.size:
             torque += self.reserve_columns @ reserve

@@ -7,7 +7,7 @@ import json
 import platform
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from importlib.metadata import version
 from pathlib import Path
@@ -84,12 +84,14 @@ class Excitations:
 
     time: np.ndarray
     values: np.ndarray
-    reserves: np.ndarray | None = None
-    initial: tuple[np.ndarray, ...] | None = None
+    reserves: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
+    initial: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None = None
 
     def __post_init__(self) -> None:
         t, u = np.asarray(self.time, dtype=float), np.asarray(self.values, dtype=float)
-        r = np.zeros((t.size, 0)) if self.reserves is None else np.asarray(self.reserves, float)
+        r = np.asarray(self.reserves, dtype=float)
+        if r.size == 0:
+            r = np.empty((t.size, 0))
         if t.ndim != 1 or u.ndim != 2 or t.size != u.shape[0] + 1 or len(u) == 0:
             raise ParameterError(
                 f"excitations: time {t.shape} and values {u.shape} do not fit: expected (k + 1,) "
@@ -227,10 +229,8 @@ class Trajectory:
     @property
     def excitations(self) -> Excitations:
         """The excitations, with the start that belongs to them: `forward_dynamics` replays them."""
-        initial = tuple(
-            array[0]
-            for array in (self.coordinates, self.speeds, self.activations, self.tendon_forces)
-        )
+        q, v, a, F = self.coordinates, self.speeds, self.activations, self.tendon_forces
+        initial = (q[0], v[0], a[0], F[0])
         return Excitations(self.window_time, self.excitation_values, self.reserves, initial)
 
     def tracking_errors(self) -> np.ndarray:
@@ -244,7 +244,9 @@ class Trajectory:
     @property
     def max_unmet_torque(self) -> float:
         """Largest torque out of reach [N m], of all coordinates and windows."""
-        return float(max(np.abs(self.torques_unmet).max(initial=0.0), np.abs(self.start_unmet).max()))
+        return float(
+            max(np.abs(self.torques_unmet).max(initial=0.0), np.abs(self.start_unmet).max())
+        )
 
     def unmet_torque_report(self) -> str:
         """One line a coordinate that fell short: how often, how far, when; empty if none did."""
@@ -273,8 +275,8 @@ class Trajectory:
         ----------
         reference : Trajectory
         tolerances : mapping, optional
-            Quantity -> largest allowed absolute difference, in place of the defaults in `POINTS` and
-            `WINDOWS`.
+            Quantity -> largest allowed absolute difference, in place of the defaults in `POINTS`
+            and `WINDOWS`.
 
         Returns
         -------
@@ -293,8 +295,8 @@ class Trajectory:
         for name in ("coordinate_names", "muscle_names", "reserve_names"):
             if getattr(self, name) != getattr(reference, name):
                 return Difference(name, None, None, None)
-        for name, clock in (("time", "time"), ("window_time", "window_time")):
-            mine, other = getattr(self, clock), getattr(reference, clock)
+        for name in ("time", "window_time"):
+            mine, other = getattr(self, name), getattr(reference, name)
             if mine.shape != other.shape:
                 return Difference(name, None, None, None)
             if (np.abs(mine - other) > 1e-9).any():
@@ -325,7 +327,7 @@ class Trajectory:
         """
         import pandas
 
-        columns = {"time": self.time}
+        columns: dict[str, np.ndarray] = {"time": self.time}
         for quantity in POINTS:
             array = getattr(self, quantity)
             of_muscles = array.shape[1] == len(self.muscle_names) and quantity in _OF_MUSCLES
@@ -341,7 +343,8 @@ class Trajectory:
 
     def save(self, file: str | Path) -> None:
         """Write everything to an `.npz` file."""
-        arrays, rest = {}, {}
+        arrays: dict[str, Any] = {}
+        rest: dict[str, Any] = {}
         for item in dataclasses.fields(self):
             value = getattr(self, item.name)
             if isinstance(value, np.ndarray):
@@ -431,11 +434,17 @@ class Recorder:
         self, t: float, reserve: np.ndarray, u: np.ndarray, demanded: np.ndarray,
         unmet: np.ndarray, *forces: np.ndarray,
     ) -> None:  # fmt: skip
-        """Reserves, u, demanded and unmet torque, F_min, F_opt and F_max of the window up to `t`."""
+        """Reserves, u, demanded and unmet torque, F_min, F_opt, F_max of the window up to `t`."""
         self.window_time.append(t)
         self.fell_short = self.fell_short or bool(unmet.any())
         self._reserves.append(reserve)
         self._windows.append((u, demanded, unmet, *forces))
+
+    def fail(self, error: BaseException, where: str) -> None:
+        """Note why the run ended; the error carries what was found up to then as `trajectory`."""
+        self.message = f"{type(error).__name__} {where}: {error}"
+        if self.time:
+            vars(error)["trajectory"] = self.trajectory()
 
     def trajectory(self) -> Trajectory:
         """Everything so far."""
@@ -494,7 +503,7 @@ def _stacked(rows: list[tuple[np.ndarray, ...]], widths: tuple[int, ...]) -> lis
     return [np.array(column) for column in zip(*rows, strict=True)]
 
 
-def _plain(settings: object) -> dict[str, Any]:
+def _plain(settings: Any) -> dict[str, Any]:
     """Settings as JSON can hold them."""
     plain = {}
     for item in dataclasses.fields(settings):

@@ -151,7 +151,7 @@ class Skeleton:
         return q, v
 
     def set_initial_state(self, q: np.ndarray, v: np.ndarray) -> None:
-        """Set the tree's initial coordinates and speeds (n,); the rest of the system keeps its own."""
+        """Set the tree's initial coordinates and speeds (n,); other bodies keep theirs."""
         initial = exu.ConfigurationType.Initial
         data = self.mbs.systemData
         coordinates = np.array(data.GetODE2Coordinates(configuration=initial))
@@ -168,9 +168,7 @@ class Skeleton:
         M = solver.GetSystemMassMatrix()[self.rows, self.rows]
         return M, self.applied - solver.GetSystemResidual()[self.rows]
 
-    def dynamics_at(
-        self, q: np.ndarray, v: np.ndarray, t: float
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def dynamics_at(self, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
         """M (n, n) and H - Q (n,) at coordinates `q`, speeds `v` and time `t`.
 
         The system's state and time are as before afterwards, to the last bit.

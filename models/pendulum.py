@@ -1,7 +1,8 @@
 """The paper's inverted pendulum with two muscles.
 
-The paper's figure 5 with its dimensions is not available: geometry and muscles are this project's own
-choice, such that the excitations of the motion stay below 0.45. The motion is the paper's Table 1.
+The paper's figure 5 with its dimensions is not available: geometry and muscles are this project's
+own choice, such that the excitations of the motion stay below 0.45. The motion is the paper's
+Table 1.
 """
 
 import exudyn as exu

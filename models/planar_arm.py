@@ -1,22 +1,23 @@
 """A planar arm in the sagittal plane: shoulder and elbow, six muscles, two of them biarticular.
 
-x forward, y up, origin at the shoulder; both angles are zero with the arm hanging straight and count
-positive in flexion.
+x forward, y up, origin at the shoulder; both angles are zero with the arm hanging straight and
+count positive in flexion.
 
 Sources
 -------
-Segments: fractions of body mass and height of Dempster's data in D. A. Winter, "Biomechanics and Motor
-Control of Human Movement" (4th ed., 2009, table 4.1), for 75 kg and 1.80 m; forearm and hand are one
-segment.
+Segments: fractions of body mass and height of Dempster's data in D. A. Winter, "Biomechanics and
+Motor Control of Human Movement" (4th ed., 2009, table 4.1), for 75 kg and 1.80 m; forearm and hand
+are one segment.
 
-Muscle strength and lengths: E. J. Nijhof, E. Kouwenhoven, "Simulation of multijoint arm movements", in
-J. M. Winters, P. E. Crago (eds.), "Biomechanics and Neural Control of Posture and Movement", Springer
-2000, 363-372, as tabulated in MotorNet's lumped-muscle arm. 10 optimal fibre lengths/s: OpenSim.
+Muscle strength and lengths: E. J. Nijhof, E. Kouwenhoven, "Simulation of multijoint arm movements",
+in J. M. Winters, P. E. Crago (eds.), "Biomechanics and Neural Control of Posture and Movement",
+Springer 2000, 363-372, as tabulated in MotorNet's lumped-muscle arm. 10 optimal fibre lengths/s:
+OpenSim.
 
 Paths: this project's own. The points next to a joint were fitted to the moment arms of Nijhof and
-Kouwenhoven (30 mm at the shoulder; 14 to 42 mm at the elbow, growing with flexion) over shoulder 0 to
-90 deg and elbow 10 to 120 deg; the others set the length such that the published tendon slack lengths
-fit. Straight lines lose about half of those arms at the ends of the range of motion.
+Kouwenhoven (30 mm at the shoulder; 14 to 42 mm at the elbow, growing with flexion) over shoulder 0
+to 90 deg and elbow 10 to 120 deg; the others set the length such that the published tendon slack
+lengths fit. Straight lines lose about half of those arms at the ends of the range of motion.
 
 Motion: this project's own reaching movement of 1 s.
 """

@@ -172,9 +172,7 @@ def test_consecutive_runs_continue_a_motion(model, motion):
     whole = plugin_run(model, csf(model, motion), settings())
     first = csf(model, motion)
     with first.attached():
-        model.mbs.SolveDynamic(
-            settings(end=0.5), solverType=TRAPEZOIDAL, updateInitialValues=True
-        )
+        model.mbs.SolveDynamic(settings(end=0.5), solverType=TRAPEZOIDAL, updateInitialValues=True)
     second = em.CosimulationPlugin(model, motion, em.Cosimulation(kp=KP), start=0.5)
     with second.attached():
         model.mbs.SolveDynamic(settings(start=0.5, end=1.0), solverType=TRAPEZOIDAL)
@@ -230,12 +228,16 @@ def test_the_users_own_torque_load_and_spring_are_part_of_the_demand(model, moti
 def test_sensors_and_own_user_functions_see_the_run(model, motion):
     mbs = model.mbs
     plugin = csf(model, motion)
+
+    def forces(mbs, t, numbers, factors, configuration):
+        return list(getattr(plugin, "F", [0.0, 0.0]))  # also asked for before the run
+
     sensor = mbs.AddSensor(
         SensorUserFunction(
             sensorNumbers=[],
             factors=[],
             storeInternal=True,
-            sensorUserFunction=lambda mbs, t, numbers, factors, c: list(getattr(plugin, "F", [0, 0])),
+            sensorUserFunction=forces,
         )
     )
     calls = []
@@ -348,9 +350,7 @@ def test_ctrl_c_from_the_keyboard(model, motion):
 
     assert threading.current_thread() is threading.main_thread()
     with pytest.raises(KeyboardInterrupt) as caught:
-        em.cosimulate(
-            model, motion, settings=em.Cosimulation(kp=KP), progress=interrupt_at_half
-        )
+        em.cosimulate(model, motion, settings=em.Cosimulation(kp=KP), progress=interrupt_at_half)
     assert 0.48 < caught.value.trajectory.time[-1] < 0.52
 
 
@@ -402,20 +402,23 @@ def test_wrong_start_time(model, motion):
 
 def test_two_runs_in_one_attachment(model, motion):
     plugin = csf(model, motion)
-    with (
-        pytest.raises(em.ModelError, match="attach the plugin anew"),
-        plugin.attached(),
-    ):
-        for _ in range(2):
-            model.mbs.SolveDynamic(settings(), solverType=TRAPEZOIDAL)
+
+    def twice():
+        with plugin.attached():
+            for _ in range(2):
+                model.mbs.SolveDynamic(settings(), solverType=TRAPEZOIDAL)
+
+    with pytest.raises(em.ModelError, match="attach the plugin anew"):
+        twice()
     assert plugin.result().time[-1] == pytest.approx(1.0)
 
 
 def test_attached_twice(model, motion):
     plugin = csf(model, motion)
-    with plugin.attached(), pytest.raises(em.ModelError, match="already attached"):
-        with plugin.attached():
-            pass
+    with plugin.attached():
+        second = plugin.attached()
+        with pytest.raises(em.ModelError, match="already attached"):
+            second.__enter__()
 
 
 def test_result_before_a_run(model, motion):

@@ -1,8 +1,8 @@
 """Computed muscle control in the unified mode, section 5 of the paper.
 
-Every window: controller accelerations (12) from the errors at its start, torques by (6) at the desired
-state at its end, force limits, optimization, excitations. Within the window skeleton and muscles are
-integrated together with the excitations held, as in forward dynamics.
+Every window: controller accelerations (12) from the errors at its start, torques by (6) at the
+desired state at its end, force limits, optimization, excitations. Within the window skeleton and
+muscles are integrated together with the excitations held, as in forward dynamics.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def computed_muscle_control(
     model: MusculoskeletalModel,
     motion: Motion,
     *,
-    settings: CMC = CMC(),  # noqa: B008 (frozen)
+    settings: CMC = CMC(),
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Track a motion by computed muscle control.
@@ -88,8 +88,8 @@ def computed_muscle_control(
 class CMCPlugin(UnifiedPlugin):
     """Computed muscle control in the user's own run of `mbs.SolveDynamic`; see `Plugin`.
 
-    The run starts from the initial state of the `mbs` at the motion's start, or at `start`. A window
-    begins with the first step that starts at or after the end of the one before.
+    The run starts from the initial state of the `mbs` at the motion's start, or at `start`. A
+    window begins with the first step that starts at or after the end of the one before.
 
     Parameters
     ----------
@@ -102,12 +102,14 @@ class CMCPlugin(UnifiedPlugin):
     """
 
     method = "cmc"
+    settings: CMC
+    motion: Motion
 
     def __init__(
         self,
         model: MusculoskeletalModel,
         motion: Motion,
-        settings: CMC = CMC(),  # noqa: B008 (frozen)
+        settings: CMC = CMC(),
         *,
         start: float | None = None,
         progress: Callable[[float], None] | None = None,
@@ -116,14 +118,13 @@ class CMCPlugin(UnifiedPlugin):
         start = motion.start if start is None else start
         super().__init__(model, start, motion.end, settings, motion, progress)
         model.check_tendons(motion(np.linspace(start, motion.end, 101))[0])
-        self._motion = motion
 
     def start_muscles(
         self, q: np.ndarray, v: np.ndarray, geometry: Geometry
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         t = self.start_time
         self._muscles = MuscleOptimization(self.model, self.settings, self.counts)
-        self._tracking = Tracking(self._motion, self.settings)
+        self._tracking = Tracking(self.motion, self.settings)
         M, bias = self.skeleton.dynamics_at(q, v, t)
         Q_m = M @ self._tracking.acceleration(t, t, q, v) + bias
         self._window_end = t
@@ -139,7 +140,7 @@ class CMCPlugin(UnifiedPlugin):
     def _open_window(self, t_0: float) -> None:
         """Excitations from the state at `t_0`, held over the window."""
         tracking, skeleton = self._tracking, self.skeleton
-        t_1 = min(t_0 + self.settings.window, self._motion.end)
+        t_1 = min(t_0 + self.settings.window, self.motion.end)
         q, v, _ = skeleton.start
         a_cmc = tracking.acceleration(t_1, t_0, q, v)  # (12)
         q_d, v_d, _ = tracking.desired(t_1)

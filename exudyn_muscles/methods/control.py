@@ -35,7 +35,7 @@ class RecruitmentSettings:
         A value is outside its range; names it.
     """
 
-    normalizer: Normalizer = ReachableMaximum()
+    normalizer: Normalizer = ReachableMaximum()  # noqa: RUF009 (frozen, too)
     solver: Solver = Solver.DAQP
     window_tolerance: float = DEFAULT_TOLERANCE
     raise_on_unmet_torque: bool = False
@@ -97,9 +97,7 @@ class Tracking:
             self._known[t] = self._motion(t)
         return self._known[t]
 
-    def acceleration(
-        self, t: float, t_error: float, q: np.ndarray, v: np.ndarray
-    ) -> np.ndarray:
+    def acceleration(self, t: float, t_error: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """q_d''(t) + k_v e' + k_p e with the errors of `q`, `v` at `t_error`: (12) and (15)."""
         q_d, v_d, _ = self.desired(t_error)
         _, _, a_d = self.desired(t)

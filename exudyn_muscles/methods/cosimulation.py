@@ -5,7 +5,8 @@ Exudyn integrates the skeleton. In every corrector iteration (CSF), or once at a
 
     q''_CTC = q_d'' + k_v e' + k_p e,    Q_m = M q''_CTC + H - Q,
 
-and hands J_m F_opt to Exudyn. After acceptance the excitations are solved and the muscles committed.
+and hands J_m F_opt to Exudyn. After acceptance the excitations are solved and the muscles
+committed.
 """
 
 from __future__ import annotations
@@ -21,7 +22,6 @@ from ..coupling import Plugin
 from ..errors import ParameterError, StabilityWarning
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
-from ..path.geometry import Geometry
 from ..result import Trajectory
 from .control import Tracking, TrackingSettings, check_step
 from .recruiting import MuscleOptimization
@@ -87,6 +87,7 @@ class Cosimulation(TrackingSettings):
             if not isinstance(getattr(self, name), kind):
                 raise ParameterError(f"{name} = {getattr(self, name)!r} is not a {kind.__name__}")
 
+
 DIFFERENCE = 1e-6  # rad or m; torques are smooth to 1e-12 of their size
 
 
@@ -94,7 +95,7 @@ def cosimulate(
     model: MusculoskeletalModel,
     motion: Motion,
     *,
-    settings: Cosimulation = Cosimulation(),  # noqa: B008 (frozen)
+    settings: Cosimulation = Cosimulation(),
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Track a motion by co-simulation of Exudyn's skeleton and the muscles.
@@ -147,33 +148,35 @@ class CosimulationPlugin(Plugin):
     progress : callable, optional
     """
 
+    settings: Cosimulation
+    motion: Motion
+
     def __init__(
         self,
         model: MusculoskeletalModel,
         motion: Motion,
-        settings: Cosimulation = Cosimulation(),  # noqa: B008 (frozen)
+        settings: Cosimulation = Cosimulation(),
         *,
         start: float | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> None:
         check_motion(motion, model.coordinates)
         start = motion.start if start is None else start
+        self.method = settings.scheme.value
         super().__init__(model, start, motion.end, settings, motion, progress)
         model.check_tendons(motion(np.linspace(start, motion.end, 101))[0])
-        self.method = settings.scheme.value
-        self._motion = motion
         self._simplified = settings.scheme is Scheme.SIMPLIFIED
         self.feeds_back = not self._simplified
 
     def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         settings, t = self.settings, self.start_time
         self._muscles = MuscleOptimization(self.model, settings, self.counts)
-        self._tracking = Tracking(self._motion, settings)
+        self._tracking = Tracking(self.motion, settings)
         M, bias = self.skeleton.dynamics_at(q, v, t)
         Q_m = M @ self._tracking.acceleration(t, t, q, v) + bias
         self._geometry = self.model.geometry(q, v)
         self.a, self.F, reserve = self._muscles.start(self._geometry, Q_m, self.record, t)
-        self._last_acceleration = None
+        self._last_acceleration: tuple[np.ndarray, float] | None = None
         return self.model.torque(self._geometry, self.F, reserve)
 
     def ready(self, step: float) -> None:
@@ -211,7 +214,7 @@ class CosimulationPlugin(Plugin):
         Q_m = self._demand(t, q, v)
         self._trial = self.model.geometry(q, v)
         recruitment = self._muscles.recruit(self._trial, Q_m, t)
-        self._unmet = recruitment.unmet.any()
+        self._unmet = bool(recruitment.unmet.any())
         return recruitment.torque
 
     def _predicted(self) -> tuple[np.ndarray, np.ndarray]:
@@ -236,9 +239,7 @@ class CosimulationPlugin(Plugin):
     def _saturated_jacobian(self, mass: float, dq: float, dv: float) -> np.ndarray:
         """By differences along the solver's own directions: q_j and, with it, q_j'."""
         t = self.model.mbs.systemData.GetTime()
-        q, v, a = (
-            x.copy() for x in (self.skeleton.q, self.skeleton.v, self.skeleton.acceleration)
-        )
+        q, v, a = (x.copy() for x in (self.skeleton.q, self.skeleton.v, self.skeleton.acceleration))
 
         def imbalance(q: np.ndarray, v: np.ndarray) -> np.ndarray:
             M, bias = self.skeleton.dynamics_at(q, v, t)
@@ -263,8 +264,8 @@ class CosimulationPlugin(Plugin):
 def css_growth(kp: float, kv: float, step: float, predictor: Predictor) -> float:
     """Growth of the tracking error over one step of CSS, free of disturbances; unstable above 1.
 
-    The largest eigenvalue of the trapezoidal rule on q'' = -(k_p q + k_v q') of the predicted state;
-    q'' at the end follows the predicted state at once because the torques cancel M, H and Q.
+    The largest eigenvalue of the trapezoidal rule on q'' = -(k_p q + k_v q') of the predicted
+    state; q'' at the end follows the predicted state at once because the torques cancel M, H and Q.
     """
     h = step
     if predictor is Predictor.CONSTANT_ACCELERATION:

@@ -37,7 +37,7 @@ def forward_dynamics(
     model: MusculoskeletalModel,
     excitations: Excitations,
     *,
-    settings: Forward = Forward(),  # noqa: B008 (frozen)
+    settings: Forward = Forward(),
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Simulate skeleton and muscles under given excitations.
@@ -67,7 +67,9 @@ def forward_dynamics(
     """
     plugin = ForwardPlugin(model, excitations, settings, progress=progress)
     initial = excitations.initial
-    return simulate(plugin, settings.step, None if initial is None else initial[:2], modified_newton=True)
+    return simulate(
+        plugin, settings.step, None if initial is None else initial[:2], modified_newton=True
+    )
 
 
 class ForwardPlugin(UnifiedPlugin):
@@ -91,7 +93,7 @@ class ForwardPlugin(UnifiedPlugin):
         self,
         model: MusculoskeletalModel,
         excitations: Excitations,
-        settings: Forward = Forward(),  # noqa: B008 (frozen)
+        settings: Forward = Forward(),
         *,
         progress: Callable[[float], None] | None = None,
     ) -> None:

@@ -1,9 +1,9 @@
 """The muscle optimization that all methods share: the dark blocks of the paper's flowcharts.
 
-    start     forces and activations at the start of the run
-    open      a window from the committed muscle state
-    recruit   force limits (8), (9) and optimization (10) for a torque at the window's end
-    excite    root solver (11): excitations, and the state they end in
+start     forces and activations at the start of the run
+open      a window from the committed muscle state
+recruit   force limits (8), (9) and optimization (10) for a torque at the window's end
+excite    root solver (11): excitations, and the state they end in
 """
 
 from __future__ import annotations

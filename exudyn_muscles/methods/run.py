@@ -62,9 +62,7 @@ def simulate(
         skeleton.set_initial_state(*initial)
     try:
         with plugin.attached():
-            skeleton.mbs.SolveDynamic(
-                settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2
-            )
+            skeleton.mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2)
     finally:
         skeleton.set_initial_state(*before)
     return plugin.result()

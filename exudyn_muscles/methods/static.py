@@ -19,13 +19,15 @@ from .control import RecruitmentSettings, check_step
 from .recruiting import MuscleOptimization
 from .run import number_of_steps
 
+DEFAULTS = RecruitmentSettings()
+
 
 def static_optimization(
     model: MusculoskeletalModel,
     motion: Motion,
     *,
     step: float = 0.01,
-    settings: RecruitmentSettings = RecruitmentSettings(),  # noqa: B008 (frozen)
+    settings: RecruitmentSettings = DEFAULTS,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Forces, activations and excitations of the desired motion, without a forward simulation.
@@ -69,6 +71,7 @@ def static_optimization(
     muscles = MuscleOptimization(model, settings, counts)
     skeleton = model.skeleton
     skeleton.open()
+    last = model.geometry(q_d[0], v_d[0])
     try:
         for n, t in enumerate(times):
             geometry = model.geometry(q_d[n], v_d[n])
@@ -78,20 +81,18 @@ def static_optimization(
                 a, F, reserve = muscles.start(geometry, Q_m, record, t)
                 torque = model.torque(geometry, F, reserve)
             else:
-                muscles.open(a, F, previous, times[n] - times[n - 1])
+                muscles.open(a, F, last, times[n] - times[n - 1])
                 torque = muscles.recruit(geometry, Q_m, t).torque
                 _, a, F = muscles.excite(record, t)
                 counts.steps += 1
             record.point(t, q_d[n], v_d[n], a_d[n], a, F, torque)
-            previous = geometry
+            last = geometry
             if progress is not None:
                 progress(t)
         record.status = Status.COMPLETE
     except BaseException as error:
         error.add_note(f"raised at t = {t:g} s of the static optimization")
-        record.message = f"{type(error).__name__} at t = {t:g} s: {error}"
-        if record.time:
-            error.trajectory = record.trajectory()
+        record.fail(error, f"at t = {t:g} s")
         raise
     finally:
         skeleton.close()

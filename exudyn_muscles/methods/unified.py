@@ -1,8 +1,9 @@
 """The unified mode: skeleton and muscles integrated together, with given or computed excitations.
 
-In every Newton iteration of Exudyn's solver each muscle takes one trapezoidal step from its committed
-state to the iterate's l, l'; its force enters the iterate's torque. At convergence this is the
-trapezoidal rule for skeleton and muscles as one system, with the muscles' unknowns eliminated.
+In every Newton iteration of Exudyn's solver each muscle takes one trapezoidal step from its
+committed state to the iterate's l, l'; its force enters the iterate's torque. At convergence this
+is the trapezoidal rule for skeleton and muscles as one system, with the muscles' unknowns
+eliminated.
 """
 
 from __future__ import annotations
@@ -31,7 +32,20 @@ def unified_step(
     Returns the first muscle whose step failed, or -1.
     """
     path_geometry(
-        joints, parents, rotations, offsets, base, reference, positions, links, starts, q, v, l, l_t, r
+        joints,
+        parents,
+        rotations,
+        offsets,
+        base,
+        reference,
+        positions,
+        links,
+        starts,
+        q,
+        v,
+        l,
+        l_t,
+        r,
     )
     torque[:] = 0.0
     for i in range(u.size):
@@ -82,6 +96,9 @@ class UnifiedPlugin(Plugin):
         self.a, self.F, reserve = self.start_muscles(q, v, self.geometry)
         return self.model.torque(self.geometry, self.F, reserve)
 
+    def ready(self, step: float) -> None:
+        """Any step will do."""
+
     def open_step(self, t_0: float, t_1: float) -> None:
         self._h = t_1 - t_0
         u, reserve = self.controls(t_0, t_1)
@@ -91,9 +108,7 @@ class UnifiedPlugin(Plugin):
 
     def torque(self, t: float, first: bool) -> np.ndarray:
         skeleton = self.skeleton
-        failed = unified_step(
-            *self._tables, skeleton.q, skeleton.v, *self._start, *self._trial
-        )
+        failed = unified_step(*self._tables, skeleton.q, skeleton.v, *self._start, *self._trial)
         if failed >= 0:
             raise WindowError(
                 f"muscle '{self.model.muscles.names[failed]}': no step of {self._h:g} s from "

@@ -86,9 +86,7 @@ def force_rate(table, i, a, F, l, v):
     # d(dF/dl_t)/dF: k_T / l_ts on the exponential, zero on its tangent.
     dstiffness = table[K_T, i] / table[L_TS, i] if f + C3 >= SLACK_TANGENT else 0.0
     dF = (
-        dstiffness * stretch
-        - stiffness * V * dv_m * capacity / (F0 * cos * cos)
-        + drate_dp * dp_dF
+        dstiffness * stretch - stiffness * V * dv_m * capacity / (F0 * cos * cos) + drate_dp * dp_dF
     )
     da = stiffness * V * dv_m * multiplier / (a * cos)
     return stiffness * stretch, da, dF, drate_dp * dp_dl, stiffness
@@ -209,7 +207,10 @@ def as_rows(muscles: MuscleSet, **arrays: ArrayLike) -> list[np.ndarray]:
     """Contiguous float copies, one value a muscle each."""
     rows = []
     for name, values in arrays.items():
-        row = np.array(values, dtype=float)
+        try:
+            row = np.array(values, dtype=float)
+        except (TypeError, ValueError):
+            row = np.array(np.nan)
         if row.shape != (len(muscles),) or not np.isfinite(row).all():
             raise ParameterError(
                 f"{name}: expected {len(muscles)} finite values, one a muscle, got {values!r}"

@@ -5,8 +5,8 @@ The rule is the implicit trapezoidal one, as the paper's ode23t:
     F_1 = F_0 + h/2 (f_F(a_0, F_0, l_0, l_0') + f_F(a_1, F_1, l_1, l_1')).
 
 Activation does not depend on force, so that one scalar equation remains for every muscle. Two uses:
-`integrate` takes as many steps as its tolerance asks for, with the exact a(t); `step` takes one step
-for a and F together, as a monolithic integrator of skeleton and muscles does.
+`integrate` takes as many steps as its tolerance asks for, with the exact a(t); `step` takes one
+step for a and F together, as a monolithic integrator of skeleton and muscles does.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from ..errors import ParameterError, WindowError
 from .activation import held, time_constant, trapezoidal
 from .contraction import as_rows, force_rate
-from .parameters import A_MIN, F_0, TAU_A, TAU_D, MuscleSet
+from .parameters import F_0, TAU_A, TAU_D, MuscleSet
 
 MAX_STEPS = 10000  # of one window; at 1e-4 the worst states of the allowed box need some 500
 NEWTON = 12  # iterations of one step; two or three are usual
@@ -31,9 +31,11 @@ DEFAULT_TOLERANCE = 1e-4
 # the end of the window meets the tolerance over the whole box of states that
 # tests/muscle/test_window.py draws from.
 SHARE = 0.25
-# Longest step over the window: a longer one may straddle a change that the error estimate, made from
-# the slopes at its ends, does not see (one window in 500 of that box exceeded the tolerance).
+# Longest step over the window: a longer one may straddle a change that the error estimate, made
+# from the slopes at its ends, does not see (one window in 500 of that box exceeded the tolerance).
 LONGEST = 0.05
+# Shortest step over the window. Weak fibres under high force have time constants of 1e-9 s, and a
+# kink (the shortest fibre) takes a small part of that.
 SHORTEST = 1e-15
 
 
@@ -60,8 +62,8 @@ def integrate(table, i, a_0, F, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps
     """Integrate muscle `i` over a window of length `h`.
 
     Musculotendon length is the cubic through both ends' lengths and velocities. `steps` = 0 chooses
-    the steps and writes their ends into `mesh`; otherwise the `steps` ends in `mesh` are used again,
-    which makes the result a smooth function of all arguments.
+    the steps and writes their ends into `mesh`; otherwise the `steps` ends in `mesh` are used
+    again, which makes the result a smooth function of all arguments.
 
     Returns (steps, a, F, dF/du), with steps = -1 if the window could not be integrated.
     """
@@ -102,9 +104,7 @@ def integrate(table, i, a_0, F, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps
         v = v_0 + s * (2.0 * c_2 + 3.0 * s * c_3) / h
         guess = F + h_n * (r + 0.5 * h_n * r_t) / (1.0 - min(0.5 * h_n * r_F, 0.0))
         guess = min(max(guess, F - 0.5 * F0), F + 0.5 * F0)
-        converged, F_1, q, q_a, q_F, q_l, q_v = implicit_step(
-            table, i, F, r, a_1, l, v, h_n, guess
-        )
+        converged, F_1, q, q_a, q_F, q_l, q_v = implicit_step(table, i, F, r, a_1, l, v, h_n, guess)
         if chosen:
             # Local error h^3 y'''/12, y''' from divided differences of the slopes; the factor
             # (1 - h/2 df/dF)^-1 keeps fast components from being overrated.
@@ -277,7 +277,7 @@ def integrate_window(
         muscles.table, a, F, u[None], l_0, v_0, l_1, v_1, window, tolerance, mesh, steps, end
     )
     check_window(failed, muscles, a, F, l_0, v_0, window)
-    return WindowEnd(*end[:, 0], steps[0])
+    return WindowEnd(end[0, 0], end[1, 0], end[2, 0], steps[0])
 
 
 def check_tolerance(tolerance: float) -> None:

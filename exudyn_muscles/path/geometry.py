@@ -118,7 +118,7 @@ def path_tables(tree: Tree, paths: Paths) -> tuple[np.ndarray, ...]:
 
 
 def path_points(tree: Tree, paths: Paths, q: ArrayLike) -> list[np.ndarray]:
-    """Global positions of every muscle's points at the coordinates `q` (n,), (points, 3) each [m]."""
+    """Global positions [m] of every muscle's points, (points, 3) each, at coordinates `q` (n,)."""
     n = len(tree)
     R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
     x = np.empty((paths.links.size, 3))

@@ -43,8 +43,9 @@ class PathPoint:
                 f"a path point's position is three finite numbers in m, got {self.position!r}"
             )
         object.__setattr__(self, "position", (x, y, z))
-        if self.link != int(self.link) or self.link < GROUND:
-            raise ParameterError(f"a path point's link is a number from 0, got {self.link!r}")
+        if not isinstance(self.link, (int, np.integer)) or self.link < GROUND:
+            raise ParameterError(f"a path point's link is an integer from 0, got {self.link!r}")
+        object.__setattr__(self, "link", int(self.link))
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +73,7 @@ def collect_paths(muscles: MuscleSet, number_of_links: int) -> Paths:
     Raises
     ------
     ParameterError
-        A path has fewer than two points or names a link that does not exist; names the muscle.
+        A path has fewer than two points, is not made of them, or names a link that does not exist; names the muscle.
     """
     for muscle in muscles:
         if len(muscle.path) < 2:
@@ -80,6 +81,10 @@ def collect_paths(muscles: MuscleSet, number_of_links: int) -> Paths:
                 f"muscle '{muscle.name}': a path needs at least two points, got {len(muscle.path)}"
             )
         for number, point in enumerate(muscle.path):
+            if not isinstance(point, PathPoint):
+                raise ParameterError(
+                    f"muscle '{muscle.name}': path point {number} is a PathPoint, got {point!r}"
+                )
             if point.link >= number_of_links:
                 raise ParameterError(
                     f"muscle '{muscle.name}': path point {number} is on link {point.link}, but the "

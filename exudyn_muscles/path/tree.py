@@ -51,7 +51,7 @@ class Tree:
 
 @njit(cache=True, error_model="numpy")
 def link_frames(joints, parents, rotations, offsets, base, reference, q, R, p, axes):
-    """Orientations R (n, 3, 3), positions p (n, 3) and global joint axes (n, 3), written in place."""
+    """Write orientations R (n, 3, 3), positions p (n, 3) and global joint axes (n, 3)."""
     for i in range(joints.size):
         k = parents[i]
         theta = q[i] + reference[i]

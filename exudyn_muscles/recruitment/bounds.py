@@ -1,4 +1,4 @@
-"""Reachable forces (8), (9), and the excitation (11) between them, of all muscles over one window."""
+"""Reachable forces (8), (9) and the excitation (11) between them, for all muscles."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class ReachableForces:
         self._end = np.empty((3, 2, m))
 
     def open(self, a: np.ndarray, F: np.ndarray, l: np.ndarray, v: np.ndarray, h: float) -> None:
-        """Begin a window of length `h` [s] at activations, forces, lengths and speeds, (m,) each."""
+        """Begin a window of length `h` [s] at a, F, l and l', (m,) each."""
         self._start = (a, F, l, v)
         self._h = h
         self._steps[:] = 0
@@ -91,7 +91,7 @@ class ReachableForces:
 
 
 def steady_bounds(muscles: MuscleSet, l: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Steady forces (m,) [N] at u = a_min and u = 1 with the lengths `l` held: the start's bounds."""
+    """The start's bounds: steady forces (m,) [N] at u = a_min and u = 1 with `l` held."""
     low = equilibrium_forces(muscles.table, muscles.minimum_activation.copy(), l)
     high = equilibrium_forces(muscles.table, np.ones(len(muscles)), l)
     return np.maximum(low, 0.0), np.maximum(high, 0.0)

@@ -1,12 +1,11 @@
 """Excitation (11): the u that, held over the window, ends in the wanted force.
 
-F_end(u) increases. The guess is the cubic through both bounds and their slopes; Newton's method with
-the sensitivity dF/du of the same integration, kept inside a shrinking bracket, does the rest.
+F_end(u) increases. The guess is the cubic through both bounds and their slopes; Newton's method
+with the sensitivity dF/du of the same integration, kept inside a shrinking bracket, does the rest.
 """
 
 from __future__ import annotations
 
-import numpy as np
 from numba import njit
 
 from ..muscle.parameters import A_MIN, F_0
@@ -37,9 +36,7 @@ def excitations(
         if wanted[i] >= high[1, i] - close:
             u[i], end[0, i], end[1, i] = u_high, high[0, i], high[1, i]
             continue
-        u_n = inverse_cubic(
-            wanted[i], u_low, u_high, low[1, i], high[1, i], low[2, i], high[2, i]
-        )
+        u_n = inverse_cubic(wanted[i], u_low, u_high, low[1, i], high[1, i], low[2, i], high[2, i])
         steps = 0
         found = False
         for _ in range(ITERATIONS):

@@ -1,7 +1,7 @@
 """What a force is divided by in the objective of (10).
 
-A normalizer is any callable `(muscles, F_max) -> (m,) array` of positive values [N], where F_max are
-the reachable maxima (9).
+A normalizer is any callable `(muscles, F_max) -> (m,) array` of positive values [N], where F_max
+are the reachable maxima (9).
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ def test_the_papers_literal_scheme_gives_the_same_motion_with_two_recruitments(m
     literal = run(model, motion, first_iterate=em.FirstIterate.RECRUIT)
     np.testing.assert_allclose(ours.coordinates, literal.coordinates, atol=1e-9)
     assert ours.counts.recruitments == 101
-    assert 2 * 100 <= literal.counts.recruitments - 1
+    assert literal.counts.recruitments - 1 >= 2 * 100
 
 
 def test_csf_at_one_millisecond(model, motion):
@@ -81,7 +81,8 @@ def test_disturbances_grow_and_decay_as_the_stability_limit_says(model, predicto
     settings = em.Cosimulation(kp=kp, scheme=SIMPLIFIED, predictor=predictor)
     model.skeleton.set_initial_state(np.array([np.pi + 1e-6]), np.array([0.0]))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", em.StabilityWarning)
+        # Grown large, the disturbance also asks for more than there is.
+        warnings.simplefilter("ignore", em.ExudynMusclesWarning)
         result = plugin_run(
             model, em.CosimulationPlugin(model, still, settings), run_settings(end=1.5)
         )
@@ -182,9 +183,7 @@ def test_a_reserve_takes_over_where_the_muscles_end():
         np.array([model.geometry(q, q).moment_arms for q in result.coordinates]),
         result.tendon_forces,
     )
-    np.testing.assert_allclose(
-        muscles + result.reserves, result.torques_delivered, atol=1e-5
-    )
+    np.testing.assert_allclose(muscles + result.reserves, result.torques_delivered, atol=1e-5)
 
 
 @pytest.mark.parametrize(

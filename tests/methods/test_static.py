@@ -40,7 +40,9 @@ def test_replayed_in_a_forward_simulation_the_motion_is_followed_for_a_while(cas
     model, _, static = case
     replay = em.forward_dynamics(model, static.excitations)
     first = replay.time <= 0.1
-    desired = np.array([np.interp(replay.time[first], static.time, q) for q in static.coordinates.T])
+    desired = np.array(
+        [np.interp(replay.time[first], static.time, q) for q in static.coordinates.T]
+    )
     assert np.abs(replay.coordinates[first] - desired.T).max() < np.radians(0.5)
 
 
@@ -93,7 +95,9 @@ def test_a_tendon_too_long_for_the_motion_is_named():
         )
     ]
     model = em.MusculoskeletalModel(built.mbs, 0, muscles)
-    with pytest.raises(em.ParameterError, match=r"'long': tendon_slack_length = 0\.5 m is too long"):
+    with pytest.raises(
+        em.ParameterError, match=r"'long': tendon_slack_length = 0\.5 m is too long"
+    ):
         em.static_optimization(model, pendulum.motion())
     with pytest.raises(em.ParameterError, match="'long'"):
         em.cosimulate(model, pendulum.motion(), settings=em.Cosimulation(kp=KP))
