@@ -8,9 +8,10 @@ from collections.abc import Iterable, Sequence
 import exudyn as exu
 import numpy as np
 
+from .compilation import announce_compilation
 from .errors import ParameterError, PathWarning
 from .muscle.parameters import Muscle, MuscleSet
-from .path.geometry import Geometry, compile_geometry
+from .path.geometry import Geometry, compile_geometry, path_geometry
 from .path.points import collect_paths
 from .recruitment.optimization import Reserve, reserve_columns
 from .skeleton import Skeleton
@@ -67,6 +68,7 @@ class MusculoskeletalModel:
         coordinates: Sequence[str] | None = None,
         reserves: Sequence[Reserve] = (),
     ) -> None:
+        announce_compilation(path_geometry)
         self.skeleton = Skeleton(mbs, tree, coordinates)
         self.muscles = MuscleSet(muscles)
         self.paths = collect_paths(self.muscles, len(self.skeleton))

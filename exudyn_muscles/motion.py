@@ -10,7 +10,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import BPoly, BSpline, make_interp_spline
-from scipy.signal import butter, sosfiltfilt
 
 from .errors import MotionError
 
@@ -128,6 +127,8 @@ class Motion:
         """
         t, q = _checked(times, coordinates, DEGREE + 1)
         if cutoff is not None:
+            from scipy.signal import butter, sosfiltfilt  # a third of a second to import
+
             steps = np.diff(t)
             if np.ptp(steps) > 1e-6 * steps.mean():
                 raise MotionError(

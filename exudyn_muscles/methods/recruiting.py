@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..compilation import announce_compilation
 from ..errors import UnmetTorqueError
 from ..model import MusculoskeletalModel
 from ..path.geometry import Geometry
@@ -25,6 +26,7 @@ class MuscleOptimization:
     def __init__(
         self, model: MusculoskeletalModel, settings: RecruitmentSettings, counts: Counts
     ) -> None:
+        announce_compilation()
         self._model = model
         self._settings = settings
         self._counts = counts

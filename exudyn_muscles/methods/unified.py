@@ -14,6 +14,7 @@ from collections.abc import Callable
 import numpy as np
 from numba import njit
 
+from ..compilation import announce_compilation
 from ..coupling import Plugin
 from ..errors import WindowError
 from ..model import MusculoskeletalModel
@@ -75,6 +76,7 @@ class UnifiedPlugin(Plugin):
         progress: Callable[[float], None] | None,
     ) -> None:
         super().__init__(model, start, end, settings, motion, progress)
+        announce_compilation(unified_step)
         m, n = len(model.muscles), len(model.coordinates)
         self._tables = (model.muscles.table, *path_tables(model.skeleton.tree, model.paths))
         # Work space of the trial step: a, F, l, l', r, torque, dF/dl, dF/dl'. What is committed is

@@ -1,0 +1,64 @@
+"""Every example runs as a script, and one number of each is what it should be."""
+
+import re
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("[0-9]*.py"))
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+
+    def run(number):
+        (script,) = [path for path in EXAMPLES if path.name.startswith(number)]
+        variables = runpy.run_path(str(script), run_name="__main__")
+        return variables, capsys.readouterr().out
+
+    return run
+
+
+def test_all_examples_are_tested():
+    tested = set(re.findall(r'run\("(\d\d)"\)', Path(__file__).read_text()))
+    assert tested == {path.name[:2] for path in EXAMPLES}
+
+
+def test_shortest_program(run):
+    variables, printed = run("01")
+    assert np.degrees(variables["result"].tracking_error_rms()[0]) < 0.02
+    assert "largest excitations" in printed
+
+
+def test_in_your_own_script(run):
+    variables, _ = run("02")
+    result = variables["result"]
+    assert (np.degrees(result.tracking_error_rms()) < 0.005).all()
+    assert result.max_unmet_torque == 0.0
+    np.testing.assert_array_equal(variables["forces"][1:, 1:], result.tendon_forces[1:])
+    # The spring is felt: it is stretched between hand and wall all the time.
+    distance = np.linalg.norm(variables["hand_path"][:, 1:] - [-0.5, -0.4, 0.0], axis=1)
+    assert np.ptp(distance) > 0.1
+
+
+def test_too_violent(run):
+    variables, printed = run("03")
+    assert printed.count("falls short in") == 4
+    short = [np.abs(result.torques_unmet).max() for result in variables["results"]]
+    assert min(short) > 10.0
+    assert len({round(x, 3) for x in short}) == 4
+
+
+def test_look_at_muscles(run, tmp_path):
+    run("04")
+    pictures = list((tmp_path / "out").glob("*.png"))
+    assert pictures and all(picture.stat().st_size > 5000 for picture in pictures)
+
+
+def test_recorded_motion(run):
+    variables, printed = run("05")
+    assert np.abs(variables["replay"].coordinates - variables["cmc"].coordinates).max() < 1e-10
+    assert "difference from the stored result: None" in printed

@@ -1,0 +1,27 @@
+"""Regression: all methods on both models against stored results."""
+
+import pytest
+
+import exudyn_muscles as em
+
+from .reference.make import FOLDER, results
+
+METHODS = ("static", "cmc", "csf", "css", "forward")
+
+
+@pytest.fixture(scope="module")
+def made():
+    return results()
+
+
+@pytest.mark.parametrize("model", ["pendulum", "planar_arm"])
+@pytest.mark.parametrize("method", METHODS)
+def test_the_result_is_the_stored_one(made, model, method):
+    reference = em.Trajectory.load(FOLDER / f"{model}_{method}.npz")
+    difference = made[f"{model}_{method}"].compare(reference)
+    assert difference is None, str(difference)
+
+
+def test_every_result_is_stored(made):
+    stored = {file.stem for file in FOLDER.glob("*_*.npz")} - {"window_box"}
+    assert stored == set(made)
