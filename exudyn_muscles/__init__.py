@@ -2,7 +2,9 @@
 
 from importlib.metadata import version
 
+from . import plot, view
 from .errors import (
+    DisplayError,
     ExudynMusclesError,
     ExudynMusclesWarning,
     IncompleteRunWarning,
@@ -49,6 +51,7 @@ __all__ = [
     "CosimulationPlugin",
     "Counts",
     "Difference",
+    "DisplayError",
     "Excitations",
     "ExudynMusclesError",
     "ExudynMusclesWarning",
@@ -89,5 +92,7 @@ __all__ = [
     "equilibrium",
     "forward_dynamics",
     "integrate_window",
+    "plot",
     "static_optimization",
+    "view",
 ]

@@ -46,6 +46,10 @@ class SimulationError(ExudynMusclesError, RuntimeError):
     """A simulation stopped before its end."""
 
 
+class DisplayError(ExudynMusclesError, RuntimeError):
+    """A window cannot be opened, or is in the way."""
+
+
 class ExudynMusclesWarning(UserWarning):
     """Root of all warnings of this package."""
 

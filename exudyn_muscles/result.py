@@ -6,9 +6,11 @@ import dataclasses
 import json
 import platform
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -373,7 +375,7 @@ class Trajectory:
             header = json.loads(str(content.pop("header")))
         except FileNotFoundError:
             raise
-        except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile) as error:
+        except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile, zlib.error) as error:
             raise ResultFileError(f"{file}: not a readable trajectory ({error})") from error
         found = header.pop("format", None), header.pop("version", None)
         if found != (FORMAT, FORMAT_VERSION):
@@ -489,10 +491,7 @@ class Recorder:
             counts=dataclasses.replace(self._counts),
             cpu_time=self.cpu_time,
             settings=_plain(self._settings),
-            versions={
-                "python": platform.python_version(),
-                **{name: version(name) for name in PACKAGES},
-            },
+            versions=dict(_versions()),
         )
 
 
@@ -501,6 +500,12 @@ def _stacked(rows: list[tuple[np.ndarray, ...]], widths: tuple[int, ...]) -> lis
     if not rows:
         return [np.empty((0, width)) for width in widths]
     return [np.array(column) for column in zip(*rows, strict=True)]
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """Versions of everything that may change a result."""
+    return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
 
 
 def _plain(settings: Any) -> dict[str, Any]:

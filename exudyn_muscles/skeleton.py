@@ -41,6 +41,8 @@ class Skeleton:
 
     Attributes
     ----------
+    object : ObjectIndex
+        The kinematic tree.
     coordinates : tuple of str
     tree : Tree
 
@@ -55,7 +57,7 @@ class Skeleton:
         self, mbs: exu.MainSystem, tree: int, coordinates: Sequence[str] | None = None
     ) -> None:
         self.mbs = mbs
-        self._object = tree
+        self.object = tree
         self.check_assembled()
         item = self._item()
         n = len(item["jointTypes"])
@@ -74,12 +76,12 @@ class Skeleton:
 
     def _item(self) -> dict:
         try:
-            item = self.mbs.GetObject(self._object)
+            item = self.mbs.GetObject(self.object)
         except Exception as error:
-            raise ModelError(f"tree = {self._object!r} is not an object of this mbs") from error
+            raise ModelError(f"tree = {self.object!r} is not an object of this mbs") from error
         if item["objectType"] != "KinematicTree":
             raise ModelError(
-                f"tree = {self._object!r} is an object of type {item['objectType']}; "
+                f"tree = {self.object!r} is an object of type {item['objectType']}; "
                 "the skeleton must be an ObjectKinematicTree"
             )
         return item
@@ -102,7 +104,7 @@ class Skeleton:
         at the start of the step, (n,) each.
         """
         data = self.mbs.systemData
-        index = data.GetObjectLTGODE2(self._object)
+        index = data.GetObjectLTGODE2(self.object)
         self.rows = slice(index[0], index[0] + len(self))
         current = data.GetSystemStateDict(reference=True)
         start = data.GetSystemStateDict(
@@ -123,19 +125,19 @@ class Skeleton:
         self._solver.InitializeSolver(self.mbs, settings)
         self.attach_views()
         self._set = self.mbs.SetObjectParameter
-        torque = self.mbs.GetObjectParameter(self._object, "jointForceVector")
+        torque = self.mbs.GetObjectParameter(self.object, "jointForceVector")
         self._user_torque = np.zeros(len(self)) + (torque if np.size(torque) else 0.0)
         self._total = self._user_torque
 
     def close(self) -> None:
         """Give the tree back the user's own joint torques."""
         self._total = self._user_torque
-        self._set(self._object, "jointForceVector", self._total)
+        self._set(self.object, "jointForceVector", self._total)
 
     def apply(self, torque: np.ndarray) -> None:
         """Set the muscles' torques (n,), on top of the user's own `jointForceVector`."""
         self._total = self._user_torque + torque
-        self._set(self._object, "jointForceVector", self._total)
+        self._set(self.object, "jointForceVector", self._total)
 
     @property
     def applied(self) -> np.ndarray:

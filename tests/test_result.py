@@ -14,9 +14,7 @@ from .runs import KP
 
 @pytest.fixture(scope="module")
 def csf():
-    return em.cosimulate(
-        pendulum.build(), pendulum.motion(), settings=em.Cosimulation(kp=KP)
-    )
+    return em.cosimulate(pendulum.build(), pendulum.motion(), settings=em.Cosimulation(kp=KP))
 
 
 @pytest.fixture(scope="module")

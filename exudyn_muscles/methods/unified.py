@@ -26,40 +26,32 @@ from ..path.geometry import Geometry, path_geometry, path_tables
 @njit(cache=True, error_model="numpy")
 def unified_step(
     table, joints, parents, rotations, offsets, base, reference, positions, links, starts,
-    q, v, a_0, F_0, u, l_0, v_0, h, a, F, l, l_t, r, torque, F_l, F_v,
+    q, v, h, start, trial, r, torque,
 ):  # fmt: skip
-    """One step of all muscles to the iterate q, q'; writes everything after `h`.
+    """One step of all muscles to the iterate q, q'.
 
-    Returns the first muscle whose step failed, or -1.
+    `start` (5, m) holds a, F, u, l, l'; written are `trial` (6, m) with a, F, l, l', dF/dl, dF/dl',
+    r (m, n) and the torque (n,). Returns the first muscle whose step failed, or -1.
     """
+    l, l_t = trial[2], trial[3]
     path_geometry(
-        joints,
-        parents,
-        rotations,
-        offsets,
-        base,
-        reference,
-        positions,
-        links,
-        starts,
-        q,
-        v,
-        l,
-        l_t,
-        r,
-    )
+        joints, parents, rotations, offsets, base, reference, positions, links, starts,
+        q, v, l, l_t, r,
+    )  # fmt: skip
     torque[:] = 0.0
-    for i in range(u.size):
-        converged, a[i], F[i], F_l[i], F_v[i] = step(
-            table, i, a_0[i], F_0[i], u[i], l_0[i], v_0[i], l[i], l_t[i], h
-        )
+    for i in range(l.size):
+        a_0, F_0, u, l_0, v_0 = (
+            start[0, i], start[1, i], start[2, i], start[3, i], start[4, i]
+        )  # fmt: skip
+        converged, a, F, F_l, F_v = step(table, i, a_0, F_0, u, l_0, v_0, l[i], l_t[i], h)
         if not converged:
             return i
-        if F[i] > 0.0:
+        if F > 0.0:
             for j in range(q.size):
-                torque[j] += r[i, j] * F[i]
+                torque[j] += r[i, j] * F
         else:  # a slack tendon does not push
-            F_l[i], F_v[i] = 0.0, 0.0
+            F_l, F_v = 0.0, 0.0
+        trial[0, i], trial[1, i], trial[4, i], trial[5, i] = a, F, F_l, F_v
     return -1
 
 
@@ -79,9 +71,9 @@ class UnifiedPlugin(Plugin):
         announce_compilation(unified_step)
         m, n = len(model.muscles), len(model.coordinates)
         self._tables = (model.muscles.table, *path_tables(model.skeleton.tree, model.paths))
-        # Work space of the trial step: a, F, l, l', r, torque, dF/dl, dF/dl'. What is committed is
-        # copied out of it.
-        self._trial = tuple(np.empty(shape) for shape in (m, m, m, m, (m, n), n, m, m))
+        # Start and trial of a step, as `unified_step` has them.
+        self._start, self._trial = np.empty((5, m)), np.empty((6, m))
+        self._arms, self._torque = np.empty((m, n)), np.empty(n)
 
     @abstractmethod
     def start_muscles(
@@ -105,26 +97,30 @@ class UnifiedPlugin(Plugin):
         self._h = t_1 - t_0
         u, reserve = self.controls(t_0, t_1)
         length, speed, _ = self.geometry
-        self._start = (self.a, self.F, u, length, speed, self._h)
+        for row, values in enumerate((self.a, self.F, u, length, speed)):
+            self._start[row] = values
         self._reserve_torque = self.model.reserve_columns @ reserve if reserve.size else None
 
     def torque(self, t: float, first: bool) -> np.ndarray:
         skeleton = self.skeleton
-        failed = unified_step(*self._tables, skeleton.q, skeleton.v, *self._start, *self._trial)
+        failed = unified_step(
+            *self._tables, skeleton.q, skeleton.v, self._h, self._start, self._trial,
+            self._arms, self._torque,
+        )  # fmt: skip
         if failed >= 0:
             raise WindowError(
                 f"muscle '{self.model.muscles.names[failed]}': no step of {self._h:g} s from "
                 f"activation {self.a[failed]:.4g}, force {self.F[failed]:.4g} N"
             )
         if self._reserve_torque is not None:
-            return self._trial[5] + self._reserve_torque
-        return self._trial[5]
+            return self._torque + self._reserve_torque
+        return self._torque
 
     def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
         # dF/dq = -F_l r and dF/dq' = -F_v r; how r changes matters little within a step.
-        _, _, _, _, r, _, F_l, F_v = self._trial
+        r, F_l, F_v = self._arms, self._trial[4], self._trial[5]
         return exact - (r.T * (dq * F_l + dv * F_v)) @ r
 
     def accept(self, t_0: float, t_1: float) -> None:
-        a, F, length, speed, r = (x.copy() for x in self._trial[:5])
-        self.a, self.F, self.geometry = a, F, Geometry(length, speed, r)
+        self.a, self.F, length, speed = self._trial[:4].copy()
+        self.geometry = Geometry(length, speed, self._arms.copy())

@@ -46,20 +46,21 @@ BISECTIONS = 60  # halves the bracket to the last bit
 
 @njit(cache=True, error_model="numpy")
 def fiber(table, i, F, l):
-    """Projection p, fibre length l_m, cos(alpha), dp/dF and dp/dl at tension `F` and length `l`.
+    """Fibre length l_m, cos(alpha), dp/dF, dp/dl and dF/dl_t at tension `F` and length `l`.
 
-    Below the shortest fibre the projection is held and its derivatives are zero.
+    Below the shortest fibre the projection p is held and its derivatives are zero.
     """
     x_t, slope = tendon_length(F / table[F_0, i], table[K_T, i])
     p = l - table[L_TS, i] * x_t
-    dp_dF = -table[L_TS, i] * slope / table[F_0, i]
+    stiffness = table[F_0, i] / (table[L_TS, i] * slope)
+    dp_dF = -1.0 / stiffness
     dp_dl = 1.0
     if p < table[P_MIN, i]:
         p = table[P_MIN, i]
         dp_dF = 0.0
         dp_dl = 0.0
     l_m = math.sqrt(p * p + table[WIDTH, i] * table[WIDTH, i])
-    return p, l_m, p / l_m, dp_dF, dp_dl
+    return l_m, p / l_m, dp_dF, dp_dl, stiffness
 
 
 @njit(cache=True, error_model="numpy")
@@ -67,7 +68,7 @@ def force_rate(table, i, a, F, l, v):
     """f_F [N/s] and its derivatives with respect to a, F, l and l' at length `l`, velocity `v`."""
     F0 = table[F_0, i]
     f = F / F0
-    p, l_m, cos, dp_dF, dp_dl = fiber(table, i, F, l)
+    l_m, cos, dp_dF, dp_dl, stiffness = fiber(table, i, F, l)
     dcos_dp = table[WIDTH, i] * table[WIDTH, i] / (l_m * l_m * l_m)
     dx_dp = cos / table[L_M0, i]
     f_l, df_l = active_force_length(l_m / table[L_M0, i])
@@ -78,8 +79,6 @@ def force_rate(table, i, a, F, l, v):
     dm_dp = (-f / (cos * cos) * dcos_dp - df_PE * dx_dp - multiplier * a * df_l * dx_dp) * capacity
     v_m, dv_m = inverse_force_velocity(multiplier)
 
-    _, slope = tendon_length(f, table[K_T, i])
-    stiffness = F0 / (table[L_TS, i] * slope)  # dF/dl_t
     V = table[V_M, i]
     stretch = v - V * v_m / cos
     drate_dp = -stiffness * V * (dv_m * dm_dp - v_m / cos * dcos_dp) / cos
@@ -127,7 +126,7 @@ def equilibrium_forces(table, a, l):
 def steady_activations(table, F, l):
     a = np.empty(F.size)
     for i in range(F.size):
-        p, l_m, cos, _, _ = fiber(table, i, F[i], l[i])
+        l_m, cos, _, _, _ = fiber(table, i, F[i], l[i])
         x = l_m / table[L_M0, i]
         active = F[i] / table[F_0, i] / cos - passive_force_length(x)[0]
         a[i] = min(max(active / active_force_length(x)[0], table[A_MIN, i]), 1.0)
@@ -138,7 +137,7 @@ def steady_activations(table, F, l):
 def fiber_lengths(table, F, l):
     l_m = np.empty(F.size)
     for i in range(F.size):
-        l_m[i] = fiber(table, i, F[i], l[i])[1]
+        l_m[i] = fiber(table, i, F[i], l[i])[0]
     return l_m
 
 
@@ -164,9 +163,9 @@ def equilibrium(muscles: MuscleSet, activation: ArrayLike, length: ArrayLike) ->
     --------
     >>> import exudyn_muscles as em
     >>> unit = em.Muscle("unit", max_isometric_force=1000, optimal_fiber_length=0.1,
-    ...                  tendon_slack_length=0.2, path=[[0, 0, 0], [0.3, 0, 0]])
+    ...                  tendon_slack_length=0.2)
     >>> em.equilibrium(em.MuscleSet([unit]), [1.0], [0.3]).round(1)
-    array([965.2])
+    array([950.8])
     """
     a, l = as_rows(muscles, activation=activation, length=length)
     return equilibrium_forces(muscles.table, a, l)

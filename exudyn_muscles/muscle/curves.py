@@ -38,6 +38,12 @@ C1, C2, C3 = 0.2, 1.0, 0.2
 V_TANGENT = 2.0
 SLACK_TANGENT = 0.02
 
+# Constants that follow from these.
+PASSIVE_SCALE = 1.0 / (math.exp(K_PE) - PASSIVE_OFFSET)
+F_V_LOW = D1 * math.asinh(-D2 * V_TANGENT + D3) + D4
+F_V_HIGH = D1 * math.asinh(D2 * V_TANGENT + D3) + D4
+SLACK_LENGTH = math.log(SLACK_TANGENT / C1)  # times 1/k_T, beyond c2
+
 
 def tendon_stiffness(strain_at_one_norm_force: float) -> float:
     """Exponent k_T of the tendon law from the strain at one maximum isometric force."""
@@ -62,9 +68,8 @@ def active_force_length(x):
 @njit(cache=True, error_model="numpy")
 def passive_force_length(x):
     """f_PE at the normalised fibre length `x`."""
-    scale = 1.0 / (math.exp(K_PE) - PASSIVE_OFFSET)
     e = math.exp(K_PE * (x - 1.0) / E_0)
-    return (e - PASSIVE_OFFSET) * scale, e * scale * K_PE / E_0
+    return (e - PASSIVE_OFFSET) * PASSIVE_SCALE, e * PASSIVE_SCALE * K_PE / E_0
 
 
 @njit(cache=True, error_model="numpy")
@@ -79,12 +84,11 @@ def force_velocity(v):
 @njit(cache=True, error_model="numpy")
 def inverse_force_velocity(f):
     """Normalised fibre velocity at the force-velocity multiplier `f`."""
-    low = D1 * math.asinh(-D2 * V_TANGENT + D3) + D4
-    high = D1 * math.asinh(D2 * V_TANGENT + D3) + D4
-    g = min(max(f, low), high)
+    g = min(max(f, F_V_LOW), F_V_HIGH)
     z = (g - D4) / D1
-    slope = math.cosh(z) / (D1 * D2)
-    return (math.sinh(z) - D3) / D2 + slope * (f - g), slope
+    sinh = math.sinh(z)
+    slope = math.sqrt(1.0 + sinh * sinh) / (D1 * D2)  # cosh z
+    return (sinh - D3) / D2 + slope * (f - g), slope
 
 
 @njit(cache=True, error_model="numpy")
@@ -93,14 +97,14 @@ def tendon_length(f, k_T):
     g = f + C3
     if g < SLACK_TANGENT:
         slope = 1.0 / (k_T * SLACK_TANGENT)
-        return C2 + math.log(SLACK_TANGENT / C1) / k_T + slope * (g - SLACK_TANGENT), slope
+        return C2 + SLACK_LENGTH / k_T + slope * (g - SLACK_TANGENT), slope
     return C2 + math.log(g / C1) / k_T, 1.0 / (k_T * g)
 
 
 @njit(cache=True, error_model="numpy")
 def tendon_force(x, k_T):
     """f_SE at the normalised tendon length `x`, the inverse of `tendon_length`."""
-    slack = C2 + math.log(SLACK_TANGENT / C1) / k_T
+    slack = C2 + SLACK_LENGTH / k_T
     if x < slack:
         slope = k_T * SLACK_TANGENT
         return SLACK_TANGENT - C3 + slope * (x - slack), slope

@@ -97,12 +97,12 @@ def integrate(table, i, a_0, F, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps
             end = h if h_n == rest else t + h_n
         else:
             end = mesh[n]
-            h_n = end - t
+        h_n = end - t  # from the mesh: using it again gives the same bits
         s = end / h
         a_1, _, a_u1 = held(a_0, u, tau, end)
         l = l_0 + s * (h * v_0 + s * (c_2 + s * c_3))
         v = v_0 + s * (2.0 * c_2 + 3.0 * s * c_3) / h
-        guess = F + h_n * (r + 0.5 * h_n * r_t) / (1.0 - min(0.5 * h_n * r_F, 0.0))
+        guess = F + h_n * (r + 0.5 * h_n * r_t)
         guess = min(max(guess, F - 0.5 * F0), F + 0.5 * F0)
         converged, F_1, q, q_a, q_F, q_l, q_v = implicit_step(table, i, F, r, a_1, l, v, h_n, guess)
         if chosen:

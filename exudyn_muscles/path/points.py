@@ -73,7 +73,8 @@ def collect_paths(muscles: MuscleSet, number_of_links: int) -> Paths:
     Raises
     ------
     ParameterError
-        A path has fewer than two points, is not made of them, or names a link that does not exist; names the muscle.
+        A path has fewer than two points, is not made of `PathPoint`, or names a link that does not
+        exist; names the muscle.
     """
     for muscle in muscles:
         if len(muscle.path) < 2:

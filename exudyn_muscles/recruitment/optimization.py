@@ -162,9 +162,9 @@ class Recruiter:
         """
         problem = self.build(r, Q_m, F_min, F_max, N)
         answer = self._answer(problem)
-        if answer is None:
+        if answer is None and np.isfinite(problem.A).all() and np.isfinite(problem.b).all():
             answer = nearest(problem)
-        if not answer[1] <= ACCEPTED:
+        if answer is None or not answer[1] <= ACCEPTED:
             raise RecruitmentError(
                 f"no recruitment found for the torques {Q_m} between the forces {F_min} and "
                 f"{F_max} N"
@@ -183,13 +183,15 @@ class Recruiter:
     def _answer(self, problem: ScaledProblem) -> tuple[np.ndarray, float] | None:
         """x and its KKT residual from the first solver whose answer is accepted."""
         for solver in self._order:
-            options = OSQP if solver is Solver.OSQP else {}
             try:
-                with warnings.catch_warnings():
-                    # What a solver gives up on is asked of the next one, or is out of reach.
-                    warnings.simplefilter("ignore")
-                    solution = qpsolvers.solve_problem(problem, solver=solver.value, **options)
-            except qpsolvers.SolverError:
+                if solver is Solver.DAQP:
+                    solution = qpsolvers.solve_problem(problem, solver="daqp")
+                else:
+                    with warnings.catch_warnings():
+                        # What it gives up on is asked of the next one, or is out of reach.
+                        warnings.simplefilter("ignore")
+                        solution = qpsolvers.solve_problem(problem, solver="osqp", **OSQP)
+            except Exception:  # every back end has errors of its own
                 continue
             if solution.x is None or solution.y is None:
                 continue
@@ -251,19 +253,20 @@ class ScaledProblem(qpsolvers.Problem):
 
 @njit(cache=True, error_model="numpy")
 def kkt_residual(x, y, A, b, low, high):
-    """Largest violation of the conditions A x = b and x = clip(-A^T y, low, high)."""
+    """Largest violation of A x = b and x = clip(-A^T y, low, high); NaN if any number is NaN."""
     worst = 0.0
     for j in range(b.size):
         error = -b[j]
         for i in range(x.size):
             error += A[j, i] * x[i]
-        if not abs(error) <= worst:
+        if abs(error) > worst or np.isnan(error):
             worst = abs(error)
     for i in range(x.size):
         free = 0.0
         for j in range(b.size):
             free -= A[j, i] * y[j]
-        error = x[i] - min(max(free, low[i]), high[i])
-        if not abs(error) <= worst:
+        # 0 * free: a multiplier that is not finite must not disappear behind a bound.
+        error = x[i] - min(max(free, low[i]), high[i]) + 0.0 * free
+        if abs(error) > worst or np.isnan(error):
             worst = abs(error)
     return worst

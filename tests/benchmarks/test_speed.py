@@ -1,6 +1,6 @@
 """Timings, printed and never asserted:
 
-    pytest tests/benchmarks --benchmark-only
+pytest tests/benchmarks --benchmark-only
 """
 
 import numpy as np
@@ -45,6 +45,4 @@ def test_window(benchmark, m):
     a, l = np.full(m, 0.2), np.full(m, 0.315)
     F = em.equilibrium(muscles, a, l)
     v = np.full(m, 0.2)
-    benchmark(
-        em.integrate_window, muscles, a, F, np.full(m, 0.5), (l, l + 0.002), (v, v), 0.01
-    )
+    benchmark(em.integrate_window, muscles, a, F, np.full(m, 0.5), (l, l + 0.002), (v, v), 0.01)

@@ -1,0 +1,242 @@
+import dataclasses
+import os
+import subprocess
+import sys
+
+import exudyn as exu
+import numpy as np
+import pytest
+from exudyn.utilities import LoadSolutionFile, SetSolutionState
+from matplotlib.image import imread
+
+import exudyn_muscles as em
+from exudyn_muscles import view
+from exudyn_muscles.errors import ParameterError
+from models import pendulum
+
+SETTINGS = em.Cosimulation(kp=534.0)
+
+
+@pytest.fixture
+def model():
+    return pendulum.build()
+
+
+@pytest.fixture(scope="module")
+def trajectory():
+    return em.cosimulate(pendulum.build(), pendulum.motion(), settings=SETTINGS)
+
+
+def drawn(model):
+    """Colors and points of everything that Exudyn would draw now."""
+    data = model.mbs.GetSystemContainer().renderer.GetGraphicsData(flatShapes=True)["triangles"]
+    return np.array(data["colors"]).reshape(-1, 4), np.array(data["points"]).reshape(-1, 3)
+
+
+def set_pose(model, q, t):
+    model.mbs.systemData.SetODE2Coordinates([q])
+    model.mbs.systemData.SetTime(t)
+
+
+def has_color(colors, rgba):
+    return bool((np.abs(colors - np.array(rgba)) < 1e-5).all(axis=1).any())
+
+
+def same_trajectory(one, other):
+    return all(
+        np.array_equal(getattr(one, item.name), getattr(other, item.name), equal_nan=True)
+        for item in dataclasses.fields(one)
+        if isinstance(getattr(one, item.name), np.ndarray)
+    )
+
+
+def test_color_goes_from_blue_to_red():
+    low, middle, high = (view.activation_color(a) for a in (0.0, 0.5, 1.0))
+    assert low[2] > 2 * low[0] and high[0] > 2 * high[2]
+    np.testing.assert_allclose(middle, (np.array(low) + high) / 2)
+    assert view.activation_color(7.0) == high
+    assert view.activation_color(np.nan)[:3] == view.UNKNOWN
+
+
+@pytest.mark.parametrize("row", [0, 33, 66])
+def test_muscles_have_the_color_of_their_activation(model, trajectory, row):
+    set_pose(model, trajectory.coordinates[row, 0], trajectory.time[row])
+    with view.show_muscles(model, trajectory):
+        colors, _ = drawn(model)
+    for activation in trajectory.activations[row]:
+        assert has_color(colors, view.activation_color(activation))
+    assert not has_color(colors, view.activation_color(0.9))
+
+
+def test_activation_is_interpolated_in_time(model, trajectory):
+    set_pose(model, 0.0, 0.5 * (trajectory.time[30] + trajectory.time[31]))
+    with view.show_muscles(model, trajectory):
+        colors, _ = drawn(model)
+    assert has_color(colors, view.activation_color(trajectory.activations[30:32, 0].mean()))
+
+
+def test_neutral_color_without_a_trajectory(model):
+    with view.show_muscles(model):
+        colors, _ = drawn(model)
+    assert has_color(colors, (*view.UNKNOWN, 1.0))
+
+
+def test_drawing_follows_the_pose(model):
+    with view.show_muscles(model):
+        for angle in (0.0, 1.0):
+            set_pose(model, angle, 0.0)
+            _, points = drawn(model)
+            tip = pendulum.LENGTH * np.array([np.sin(angle), -np.cos(angle), 0.0])
+            reach = np.linalg.norm(points, axis=1).max()
+            assert pendulum.LENGTH < reach < 1.1 * pendulum.LENGTH
+            assert np.linalg.norm(points - tip, axis=1).min() < 0.05 * pendulum.LENGTH
+
+
+def test_nothing_remains_drawn_or_hidden(model, trajectory):
+    before = drawn(model)
+    for _ in range(3):
+        with view.show_muscles(model, trajectory):
+            assert len(drawn(model)[0]) != len(before[0])
+        np.testing.assert_array_equal(drawn(model)[1], before[1])
+    assert model.mbs.GetSystemContainer().NumberOfSystems() == 2
+
+
+def test_own_graphics_of_the_tree_in_place_of_sticks(model):
+    own = drawn(model)[1]
+    with view.show_muscles(model, sticks=False):
+        colors, points = drawn(model)
+    assert has_color(colors, (*view.UNKNOWN, 1.0))
+    assert not has_color(colors, (*view.BONE, 1.0))
+    np.testing.assert_array_equal(points[: len(own)], own)
+    with view.show_muscles(model):
+        colors, points = drawn(model)
+    assert has_color(colors, (*view.BONE, 1.0))
+    assert not np.array_equal(points[: len(own)], own)
+
+
+def test_model_and_results_are_undisturbed(model, trajectory, tmp_path):
+    motion = pendulum.motion()
+    sizes = model.mbs.systemData.ODE2Size(), model.mbs.systemData.NumberOfObjects()
+    set_pose(model, 0.3, 0.1)
+    with view.show_muscles(model, trajectory):
+        inside = em.cosimulate(model, motion, settings=SETTINGS)
+    set_pose(model, 0.3, 0.1)
+    view.render(model, trajectory, 0.5, tmp_path / "a.png", size=(40, 30))
+    assert model.mbs.systemData.GetODE2Coordinates()[0] == 0.3
+    assert model.mbs.systemData.GetTime() == 0.1
+    after = em.cosimulate(model, motion, settings=SETTINGS)
+    assert model.mbs.systemIsConsistent
+    assert sizes == (model.mbs.systemData.ODE2Size(), model.mbs.systemData.NumberOfObjects())
+    assert same_trajectory(inside, trajectory)
+    assert same_trajectory(after, trajectory)
+
+
+def test_picture_has_its_size_and_colors(model, trajectory, tmp_path):
+    file = tmp_path / "picture.png"
+    view.render(model, trajectory, 0.33, file, size=(301, 203))
+    image = imread(file)[..., :3]
+    assert image.shape == (203, 301, 3)
+    model_part = image[:, : int(0.84 * 301)]
+    blue = model_part[..., 2] > model_part[..., 0] + 0.3
+    bone = (np.ptp(model_part, axis=2) < 0.2) & (model_part[..., 0] < 0.9)
+    assert blue.sum() > 100 and bone.sum() > 100
+    assert (model_part[0, 150:] == 1.0).all()  # the model is not cut off
+    other = tmp_path / "other.png"
+    view.render(model, trajectory, 0.67, other, size=(301, 203))
+    assert (imread(other)[..., :3] != image).any()
+
+
+def test_a_picture_leaves_settings_and_view(model, trajectory, tmp_path):
+    container = model.mbs.GetSystemContainer()
+    container.visualizationSettings.view0.window.renderWindowSize = [90, 70]
+    before = container.renderer.RedrawAndGetImage(useRaytracer=True)
+    settings = str(container.visualizationSettings.GetDictionary())
+    view.render(model, trajectory, 0.5, tmp_path / "a.png", size=(40, 30))
+    assert str(container.visualizationSettings.GetDictionary()) == settings
+    after = container.renderer.RedrawAndGetImage(useRaytracer=True)
+    np.testing.assert_array_equal(after, before)
+
+
+def test_directions_turn_the_picture(model, trajectory, tmp_path):
+    front, back = tmp_path / "front.png", tmp_path / "back.png"
+    view.render(model, trajectory, 0.33, front, size=(400, 300))
+    mirrored = [[-1, 0, 0], [0, 1, 0], [0, 0, -1]]
+    view.render(model, trajectory, 0.33, back, size=(400, 300), directions=mirrored)
+
+    def center(file):
+        image = imread(file)[40:, :320, :3]
+        return np.argwhere((image < 0.9).any(axis=2)).mean(axis=0)
+
+    # The motion is symmetric, so that both pictures look at the same point.
+    (row, column), (row_back, column_back) = center(front), center(back)
+    assert abs(row - row_back) < 2.0
+    assert abs(column + column_back - 336.0) < 4.0
+    assert column > column_back + 50.0
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"time": 1.5}, "outside the trajectory"),
+        ({"size": (0, 10)}, "size"),
+        ({"directions": np.ones((3, 3))}, "perpendicular"),
+    ],
+)
+def test_render_checks_its_input(model, trajectory, tmp_path, changed, message):
+    given = {"time": 0.5, "file": tmp_path / "x.png", **changed}
+    with pytest.raises(ParameterError, match=message):
+        view.render(model, trajectory, **given)
+
+
+def test_trajectory_of_another_model(model, trajectory):
+    other = dataclasses.replace(trajectory, muscle_names=("a", "b"))
+    with pytest.raises(ParameterError, match="another model"):
+        view.solution(other, model)
+    with pytest.raises(ParameterError, match="another model"), view.show_muscles(model, other):
+        pass
+    empty = dataclasses.replace(trajectory, time=trajectory.time[:0])
+    with pytest.raises(ParameterError, match="no time points"):
+        view.solution(empty, model)
+
+
+def test_solution_is_what_exudyn_loads(model, trajectory, tmp_path):
+    """The layout is that of a file which Exudyn's solver wrote for the same system."""
+    settings = exu.SimulationSettings()
+    settings.timeIntegration.numberOfSteps = 3
+    settings.timeIntegration.endTime = 0.03
+    settings.timeIntegration.verboseMode = 0
+    settings.solution.file.name = str(tmp_path / "solution.txt")
+    model.mbs.SolveDynamic(settings)
+    loaded = LoadSolutionFile(str(tmp_path / "solution.txt"), verbose=False)
+    made = view.solution(trajectory, model)
+    assert made.keys() == loaded.keys()
+    assert list(made["columnsExported"]) == list(loaded["columnsExported"])
+    assert made["nColumns"] == loaded["nColumns"]
+    assert made["data"].shape == (made["nRows"], loaded["data"].shape[1])
+    SetSolutionState(model.mbs, made, 40, exu.ConfigurationType.Visualization)
+    data = model.mbs.systemData
+    assert data.GetTime(exu.ConfigurationType.Visualization) == trajectory.time[40]
+    shown = data.GetODE2Coordinates(configuration=exu.ConfigurationType.Visualization)
+    np.testing.assert_array_equal(shown, trajectory.coordinates[40])
+    SetSolutionState(model.mbs, made, 40, exu.ConfigurationType.Current)
+    np.testing.assert_array_equal(data.GetODE2Coordinates_t(), trajectory.speeds[40])
+    np.testing.assert_array_equal(data.GetODE2Coordinates_tt(), trajectory.accelerations[40])
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems always have a display")
+def test_viewer_without_a_display_is_an_error(tmp_path, trajectory):
+    """In a process of its own, which Exudyn's renderer would abort."""
+    trajectory.save(tmp_path / "csf.npz")
+    script = (
+        "import sys, exudyn_muscles as em; from exudyn_muscles import view\n"
+        "from models import pendulum\n"
+        "try: view.view(pendulum.build(), em.Trajectory.load(sys.argv[1]))\n"
+        "except view.DisplayError as error: print('caught:', error)\n"
+    )
+    environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    done = subprocess.run(
+        [sys.executable, "-c", script, str(tmp_path / "csf.npz")],
+        capture_output=True, text=True, env=environment, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("caught:")
