@@ -191,7 +191,7 @@ class Plugin(ABC):
         self._open = False  # a step is being tried
         self._started = False
         self._calls = 0  # of pre_newton in this step
-        self._step = 0.0
+        self.step = 0.0  # length of the step being tried [s]
         self.counts = Counts()
         self.record = Recorder(self.method, self.model, self.settings, self.counts, self.motion)
 
@@ -202,12 +202,11 @@ class Plugin(ABC):
         t_0 = mbs.systemData.GetTime(exu.ConfigurationType.StartOfStep)
         self.counts.rejected_steps += self._open
         self._open, self._t_0, self._last_iteration, self._calls = True, t_0, -1, 0
-        step = t - t_0
-        if abs(step - self._step) > 1e-6 * step:
+        before, self.step = self.step, t - t_0
+        if abs(self.step - before) > 1e-6 * self.step:
             # Modified Newton would go on with the matrix of the other step size; with ten
             # iterations a step instead of one, Exudyn never enlarges a reduced step again.
             self._solver().conv.jacobianUpdateRequested = True
-        self._step = step
         self.open_step(t_0, t)
         return True
 

@@ -123,7 +123,8 @@ class Motion:
         Raises
         ------
         MotionError
-            As `from_waypoints`, or the cut-off is not between zero and half the sampling rate.
+            As `from_waypoints`, the cut-off is not between zero and half the sampling rate, or the
+            record is shorter than one period of it.
         """
         t, q = _checked(times, coordinates, DEGREE + 1)
         if cutoff is not None:
@@ -138,6 +139,11 @@ class Motion:
             limit = 0.5 / steps.mean()
             if not 0.0 < cutoff < limit:
                 raise MotionError(f"cutoff = {cutoff!r} Hz is outside (0, {limit:g}) Hz")
+            if (t[-1] - t[0]) * cutoff < 1.0:
+                raise MotionError(
+                    f"filtering at {cutoff:g} Hz needs a record of at least one period, "
+                    f"{1.0 / cutoff:g} s; this one has {t[-1] - t[0]:g} s"
+                )
             # The record is continued by point reflection at its ends, long enough for the filter to
             # forget that this begins somewhere: 1e-7 of a ramp is left after three periods.
             padding = min(round(3.0 / (cutoff * steps.mean())), t.size - 1)

@@ -184,8 +184,7 @@ class CosimulationPlugin(Plugin):
             warn_of_instability(self.settings, step)
 
     def open_step(self, t_0: float, t_1: float) -> None:
-        self._muscles.open(self.a, self.F, self._geometry, t_1 - t_0)
-        self._step = t_1 - t_0
+        self._muscles.open(self.a, self.F, self._geometry, self.step)
         self._waiting = True
         self._unmet = False
 
@@ -219,7 +218,7 @@ class CosimulationPlugin(Plugin):
 
     def _predicted(self) -> tuple[np.ndarray, np.ndarray]:
         """q, q' at the step's end from the state at its start."""
-        h = self._step
+        h = self.step
         q, v, a = self.skeleton.start
         if (
             self.settings.predictor is Predictor.CONSTANT_ACCELERATION
@@ -254,7 +253,7 @@ class CosimulationPlugin(Plugin):
 
     def accept(self, t_0: float, t_1: float) -> None:
         if self._simplified:
-            self._last_acceleration = (self.skeleton.start[2].copy(), t_1 - t_0)
+            self._last_acceleration = (self.skeleton.start[2].copy(), self.step)
             self._trial = self.model.geometry(self.skeleton.q, self.skeleton.v)
             self._muscles.limit(self._trial)
         _, self.a, self.F = self._muscles.excite(self.record, t_1)

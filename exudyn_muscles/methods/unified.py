@@ -94,7 +94,6 @@ class UnifiedPlugin(Plugin):
         """Any step will do."""
 
     def open_step(self, t_0: float, t_1: float) -> None:
-        self._h = t_1 - t_0
         u, reserve = self.controls(t_0, t_1)
         length, speed, _ = self.geometry
         for row, values in enumerate((self.a, self.F, u, length, speed)):
@@ -104,12 +103,12 @@ class UnifiedPlugin(Plugin):
     def torque(self, t: float, first: bool) -> np.ndarray:
         skeleton = self.skeleton
         failed = unified_step(
-            *self._tables, skeleton.q, skeleton.v, self._h, self._start, self._trial,
+            *self._tables, skeleton.q, skeleton.v, self.step, self._start, self._trial,
             self._arms, self._torque,
         )  # fmt: skip
         if failed >= 0:
             raise WindowError(
-                f"muscle '{self.model.muscles.names[failed]}': no step of {self._h:g} s from "
+                f"muscle '{self.model.muscles.names[failed]}': no step of {self.step:g} s from "
                 f"activation {self.a[failed]:.4g}, force {self.F[failed]:.4g} N"
             )
         if self._reserve_torque is not None:
