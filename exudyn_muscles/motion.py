@@ -54,7 +54,7 @@ class Motion:
         """
         times = np.asarray(t, dtype=float)
         margin = 1e-9 * max(self.end - self.start, 1.0)  # accumulated time steps
-        low, high = times.min(), times.max()
+        low, high = times.min(initial=self.start), times.max(initial=self.start)
         if not (low >= self.start - margin and high <= self.end + margin):
             worst = high if low >= self.start - margin else low
             raise MotionError(

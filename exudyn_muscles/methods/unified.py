@@ -12,18 +12,18 @@ from abc import abstractmethod
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 
 from ..compilation import announce_compilation
 from ..coupling import Plugin
 from ..errors import WindowError
+from ..kernel import kernel
 from ..model import MusculoskeletalModel
 from ..motion import Motion
 from ..muscle.window import step
 from ..path.geometry import Geometry, path_geometry, path_tables
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def unified_step(
     table, joints, parents, rotations, offsets, base, reference, positions, links, starts,
     q, v, h, start, trial, r, torque,

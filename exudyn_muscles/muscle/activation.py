@@ -10,23 +10,23 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from ..kernel import kernel
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def time_constant(a, u, tau_a, tau_d):
     """The time constant [s] that applies at activation `a` and excitation `u`."""
     return tau_a if u > a else tau_d
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def held(a, u, tau, t):
     """Exact solution after the time `t`: a(t), da(t)/dt and da(t)/du."""
     decay = math.exp(-t / tau)
     return u + (a - u) * decay, (u - a) * decay / tau, 1.0 - decay
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def trapezoidal(a, u, tau, h):
     """One step of the trapezoidal rule."""
     return a + h * (u - a) / (tau + 0.5 * h)

@@ -16,10 +16,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from ..errors import ParameterError
+from ..kernel import kernel
 from .curves import (
     C3,
     SLACK_TANGENT,
@@ -44,7 +44,7 @@ from .parameters import (
 BISECTIONS = 60  # halves the bracket to the last bit
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def fiber(table, i, F, l):
     """Fibre length l_m, cos(alpha), dp/dF, dp/dl and dF/dl_t at tension `F` and length `l`.
 
@@ -63,7 +63,7 @@ def fiber(table, i, F, l):
     return l_m, p / l_m, dp_dF, dp_dl, stiffness
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def force_rate(table, i, a, F, l, v):
     """f_F [N/s] and its derivatives with respect to a, F, l and l' at length `l`, velocity `v`."""
     F0 = table[F_0, i]
@@ -91,7 +91,7 @@ def force_rate(table, i, a, F, l, v):
     return stiffness * stretch, da, dF, drate_dp * dp_dl, stiffness
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def isometric_force(table, i, a, p):
     """Force of the resting fibre along the tendon, over F0, at the projection `p`."""
     l_m = math.sqrt(p * p + table[WIDTH, i] * table[WIDTH, i])
@@ -99,7 +99,7 @@ def isometric_force(table, i, a, p):
     return (a * active_force_length(x)[0] + passive_force_length(x)[0]) * p / l_m
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def equilibrium_force(table, i, a, l):
     """Tension [N] at which the resting fibre and the tendon balance, by bisection in p."""
     F0, l_ts, k_T = table[F_0, i], table[L_TS, i], table[K_T, i]
@@ -114,7 +114,7 @@ def equilibrium_force(table, i, a, l):
     return F0 * tendon_force((l - low) / l_ts, k_T)[0]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def equilibrium_forces(table, a, l):
     F = np.empty(a.size)
     for i in range(a.size):
@@ -122,7 +122,7 @@ def equilibrium_forces(table, a, l):
     return F
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def steady_activations(table, F, l):
     a = np.empty(F.size)
     for i in range(F.size):
@@ -133,7 +133,7 @@ def steady_activations(table, F, l):
     return a
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def fiber_lengths(table, F, l):
     l_m = np.empty(F.size)
     for i in range(F.size):

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from ..kernel import kernel
 
 # Active force-length: sum of three Gaussians, rows (b1, b2, b3, b4) of OpenSim.
 B11, B21, B31, B41 = 0.8150671134243542, 1.055033428970575, 0.162384573599574, 0.063303448465465
@@ -50,7 +50,7 @@ def tendon_stiffness(strain_at_one_norm_force: float) -> float:
     return math.log((1.0 + C3) / C1) / (1.0 + strain_at_one_norm_force - C2)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def active_force_length(x):
     """f_l at the normalised fibre length `x`."""
     d1 = B31 + B41 * x
@@ -65,14 +65,14 @@ def active_force_length(x):
     return g1 + g2 + g3, slope
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def passive_force_length(x):
     """f_PE at the normalised fibre length `x`."""
     e = math.exp(K_PE * (x - 1.0) / E_0)
     return (e - PASSIVE_OFFSET) * PASSIVE_SCALE, e * PASSIVE_SCALE * K_PE / E_0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def force_velocity(v):
     """f_v at the normalised fibre velocity `v`, the inverse of `inverse_force_velocity`."""
     w = min(max(v, -V_TANGENT), V_TANGENT)
@@ -81,7 +81,7 @@ def force_velocity(v):
     return D1 * math.asinh(z) + D4 + slope * (v - w), slope
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def inverse_force_velocity(f):
     """Normalised fibre velocity at the force-velocity multiplier `f`."""
     g = min(max(f, F_V_LOW), F_V_HIGH)
@@ -91,7 +91,7 @@ def inverse_force_velocity(f):
     return (sinh - D3) / D2 + slope * (f - g), slope
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def tendon_length(f, k_T):
     """Normalised tendon length at the normalised tension `f`."""
     g = f + C3
@@ -101,7 +101,7 @@ def tendon_length(f, k_T):
     return C2 + math.log(g / C1) / k_T, 1.0 / (k_T * g)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def tendon_force(x, k_T):
     """f_SE at the normalised tendon length `x`, the inverse of `tendon_length`."""
     slack = C2 + SLACK_LENGTH / k_T

@@ -14,10 +14,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from ..errors import ParameterError, WindowError
+from ..kernel import kernel
 from .activation import held, time_constant, trapezoidal
 from .contraction import as_rows, force_rate
 from .parameters import F_0, TAU_A, TAU_D, MuscleSet
@@ -39,7 +39,7 @@ LONGEST = 0.05
 SHORTEST = 1e-15
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def implicit_step(table, i, F, rate, a_1, l_1, v_1, h, guess):
     """Solve one trapezoidal step from `F` with slope `rate`; converged, F_1 and f_F's partials."""
     F0 = table[F_0, i]
@@ -57,7 +57,7 @@ def implicit_step(table, i, F, rate, a_1, l_1, v_1, h, guess):
     return False, F_1, r, da, dF, dl, dv
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def integrate(table, i, a_0, F, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps):
     """Integrate muscle `i` over a window of length `h`.
 
@@ -145,7 +145,7 @@ def integrate(table, i, a_0, F, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps
     return -1, a, F, F_u
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def integrate_all(table, a, F, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps, end):
     """Integrate all m muscles for each of the k rows of `u`.
 
@@ -171,7 +171,7 @@ def integrate_all(table, a, F, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps,
     return -1
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def step(table, i, a_0, F, u, l_0, v_0, l_1, v_1, h):
     """One trapezoidal step of a and F.
 
@@ -188,7 +188,7 @@ def step(table, i, a_0, F, u, l_0, v_0, l_1, v_1, h):
     return converged, a_1, F_1, gain * dl, gain * dv
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def bisect_step(table, i, F, rate, a_1, l_1, v_1, h):
     """The same equation as `implicit_step` by bisection, for steps that are long for the muscle."""
     F0 = table[F_0, i]

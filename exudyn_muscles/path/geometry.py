@@ -11,9 +11,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
+from ..kernel import kernel
 from .points import Paths
 from .tree import PRISMATIC, Tree, link_frames
 
@@ -30,7 +30,7 @@ class Geometry(NamedTuple):
     moment_arms: np.ndarray
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def point_positions(positions, links, base, R, p, x):
     """Global positions (k, 3) of all path points, written in place."""
     for k in range(links.size):
@@ -47,7 +47,7 @@ def point_positions(positions, links, base, R, p, x):
                 )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def add_motion(joints, parents, p, axes, link, x, k, e, sign, r_i):
     """Add sign * e . dx/dq of point `k` on `link` to the row `r_i`."""
     j = link
@@ -65,7 +65,7 @@ def add_motion(joints, parents, p, axes, link, x, k, e, sign, r_i):
         j = parents[j]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def path_geometry(
     joints, parents, rotations, offsets, base, reference, positions, links, starts, q, v, l, l_t, r
 ):  # fmt: skip

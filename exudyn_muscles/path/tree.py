@@ -12,7 +12,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
+
+from ..kernel import kernel
 
 # Joint codes: 0, 1, 2 revolute about x, y, z; 3, 4, 5 prismatic along x, y, z.
 PRISMATIC = 3
@@ -49,7 +50,7 @@ class Tree:
         return self.joints.size
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def link_frames(joints, parents, rotations, offsets, base, reference, q, R, p, axes):
     """Write orientations R (n, 3, 3), positions p (n, 3) and global joint axes (n, 3)."""
     for i in range(joints.size):

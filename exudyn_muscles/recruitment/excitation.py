@@ -1,13 +1,14 @@
 """Excitation (11): the u that, held over the window, ends in the wanted force.
 
-F_end(u) increases. The guess is the cubic through both bounds and their slopes; Newton's method
+F_end(u) increases as long as the fibre pulls; driven to shorten faster than it can, it resists the
+more the more it is activated, and the bounds may cross, by some per cent of F0: the lower one is
+then delivered. The guess is the cubic through both bounds and their slopes; Newton's method
 with the sensitivity dF/du of the same integration, kept inside a shrinking bracket, does the rest.
 """
 
 from __future__ import annotations
 
-from numba import njit
-
+from ..kernel import kernel
 from ..muscle.parameters import A_MIN, F_0
 from ..muscle.window import integrate
 
@@ -15,7 +16,7 @@ ITERATIONS = 60
 CONVERGED = 1e-9  # |F_end - F_opt| over F0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def excitations(
     table, a, F, wanted, low, high, l_0, v_0, l_1, v_1, h, tolerance, mesh, u, end
 ):  # fmt: skip
@@ -67,7 +68,7 @@ def excitations(
     return integrations, -1
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def inverse_cubic(F, u_0, u_1, F_low, F_high, slope_0, slope_1):
     """u(F) by the cubic through both ends with slopes 1/(dF/du), kept inside the ends."""
     d = F_high - F_low

@@ -17,10 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 import qpsolvers
-from numba import njit
 from scipy.optimize import lsq_linear
 
 from ..errors import ParameterError, RecruitmentError
+from ..kernel import kernel
 
 # Accepted KKT residual of the scaled problem. DAQP reaches 1e-13, OSQP 1e-9 with these settings.
 ACCEPTED = 1e-7
@@ -251,7 +251,7 @@ class ScaledProblem(qpsolvers.Problem):
         )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def kkt_residual(x, y, A, b, low, high):
     """Largest violation of A x = b and x = clip(-A^T y, low, high); NaN if any number is NaN."""
     worst = 0.0

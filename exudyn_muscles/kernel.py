@@ -1,0 +1,43 @@
+"""The decorator of all compiled kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from numba import njit
+
+# Kernels call each other and freeze constants across these files.
+SOURCES = ("muscle", "path", "recruitment", "methods/unified.py")
+
+
+def kernel(function: Callable) -> Any:
+    """Compile with numba at the first call, and keep the result on disk.
+
+    numba forgets a stored kernel when its own file changes, but not when another file does whose
+    kernels or constants it contains. Here it is kept for as long as no kernel source changes at
+    all.
+    """
+    dispatcher = njit(cache=True, error_model="numpy")(function)
+    # Without numba's attribute (or with its compiler switched off) its own rule has to do.
+    with suppress(AttributeError):
+        cache_file = dispatcher._cache._cache_file
+        _ = cache_file._source_stamp  # still there?
+        cache_file._source_stamp = _stamp()
+    return dispatcher
+
+
+@cache
+def _stamp() -> str:
+    """Hash of the contents of all kernel sources."""
+    root = Path(__file__).parent
+    content = sha256()
+    for source in SOURCES:
+        path = root / source
+        for file in sorted(path.glob("*.py")) if path.is_dir() else [path]:
+            content.update(file.read_bytes())
+    return content.hexdigest()

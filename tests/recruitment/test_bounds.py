@@ -1,0 +1,221 @@
+"""Reachable forces (8), (9), the excitation (11) between them, and the steady start."""
+
+import numpy as np
+import pytest
+
+import exudyn_muscles as em
+from exudyn_muscles.recruitment.bounds import ReachableForces, steady_bounds, steady_state
+
+from ..differences import difference
+from ..muscle import hill
+
+TOLERANCE = 1e-4
+H = 0.010
+
+
+class Window:
+    """Muscles that have settled for a window and now move on: states as a run meets them."""
+
+    def __init__(self, seed, m=6):
+        rng = np.random.default_rng(seed)
+        units = []
+        for k in range(m):
+            optimal = rng.uniform(0.04, 0.2)
+            units.append(
+                em.Muscle(
+                    f"m{k}",
+                    max_isometric_force=10.0 ** rng.uniform(1.5, 4.0),
+                    optimal_fiber_length=optimal,
+                    tendon_slack_length=optimal * 10.0 ** rng.uniform(-0.7, 0.7),
+                    pennation_angle_at_optimal=rng.uniform(0.0, 0.5),
+                )
+            )
+        self.muscles = em.MuscleSet(units)
+        optimal = self.muscles.optimal_fiber_length
+        self.a = rng.uniform(0.02, 0.9, m)
+        l = np.array(
+            [
+                hill.length(unit, 0.0, rng.uniform(0.7, 1.2) * x)
+                for unit, x in zip(units, optimal, strict=True)
+            ]
+        )
+        self.F = em.equilibrium(self.muscles, self.a, l)
+        self.l, self.v = l, rng.uniform(-3.0, 3.0, m) * optimal
+        self.v_1 = self.v + rng.uniform(-1.0, 1.0, m) * optimal
+        self.l_1 = l + H * 0.5 * (self.v + self.v_1)
+        self.rng = rng
+
+    def reachable(self, tolerance=TOLERANCE):
+        reachable = ReachableForces(self.muscles, tolerance)
+        reachable.open(self.a, self.F, self.l, self.v, H)
+        return reachable
+
+    def end(self, u, tolerance=TOLERANCE):
+        return em.integrate_window(
+            self.muscles, self.a, self.F, u, (self.l, self.l_1), (self.v, self.v_1), H,
+            tolerance=tolerance,
+        )  # fmt: skip
+
+
+SEEDS = range(8)
+
+
+@pytest.fixture(params=SEEDS)
+def window(request):
+    return Window(request.param)
+
+
+def test_bounds_are_windows_at_both_limits(window):
+    low, high = window.reachable().bounds(window.l_1, window.v_1)
+    m = len(window.muscles)
+    np.testing.assert_array_equal(low, np.maximum(window.end(np.full(m, 0.01)).force, 0.0))
+    np.testing.assert_array_equal(high, np.maximum(window.end(np.ones(m)).force, 0.0))
+    assert (high > low).all()
+
+
+def test_excitations_lie_between_and_forces_follow(window):
+    """Forces rise with the excitation, so that those of the bounds enclose all."""
+    low, high = window.reachable(1e-6).bounds(window.l_1, window.v_1)
+    last = low
+    for u in np.linspace(0.05, 0.95, 8):
+        F = np.maximum(window.end(np.full(low.size, u), 1e-6).force, 0.0)
+        assert (last < F).all()
+        last = F
+    assert (last < high).all()
+
+
+def test_excitation_ends_in_the_wanted_force(window):
+    F0 = window.muscles.max_isometric_force
+    reachable = window.reachable()
+    low, high = reachable.bounds(window.l_1, window.v_1)
+    for _ in range(5):
+        F_opt = low + window.rng.uniform(0.0, 1.0, low.size) * (high - low)
+        found = reachable.excite(F_opt)
+        assert (abs(found.force - F_opt) <= 1e-9 * F0).all()
+        assert (found.excitation >= window.muscles.minimum_activation).all()
+        assert (found.excitation <= 1.0).all()
+        # It is the force of a window with that excitation, by an integration of its own. That one
+        # chooses its steps anew, so it agrees to the tolerance.
+        again = window.end(found.excitation)
+        assert (abs(again.force - F_opt) <= 2.0 * TOLERANCE * F0).all()
+        np.testing.assert_allclose(again.activation, found.activation, rtol=1e-14)
+
+
+def test_targets_outside_give_the_nearest_bound(window):
+    F0 = window.muscles.max_isometric_force
+    reachable = window.reachable()
+    low, high = reachable.bounds(window.l_1, window.v_1)
+    before = reachable.integrations
+    under, over = reachable.excite(low - 0.1 * F0), reachable.excite(high + 0.1 * F0)
+    assert reachable.integrations == before  # both are known
+    np.testing.assert_array_equal(under.excitation, window.muscles.minimum_activation)
+    np.testing.assert_array_equal(np.maximum(under.force, 0.0), low)
+    np.testing.assert_array_equal(over.excitation, np.ones(low.size))
+    np.testing.assert_array_equal(over.force, high)
+    at_bound = reachable.excite(np.where(np.arange(low.size) % 2, low, high))
+    np.testing.assert_array_equal(at_bound.excitation, np.where(np.arange(low.size) % 2, 0.01, 1.0))
+
+
+def test_few_integrations():
+    """The sensitivity of the same pass saves a bracketing search."""
+    counts = []
+    for seed in SEEDS:
+        window = Window(seed)
+        reachable = window.reachable()
+        low, high = reachable.bounds(window.l_1, window.v_1)
+        before = reachable.integrations
+        assert before == 2 * low.size
+        reachable.excite(low + window.rng.uniform(0.05, 0.95, low.size) * (high - low))
+        counts.append((reachable.integrations - before) / low.size)
+    assert np.mean(counts) <= 4.0
+
+
+def test_bounds_are_smooth_within_a_window(window):
+    """The first steps are used again, so that difference quotients do not see the tolerance."""
+    reachable = window.reachable()
+    reachable.bounds(window.l_1, window.v_1)
+    optimal = window.muscles.optimal_fiber_length
+    for direction in ("length", "speed"):
+
+        def bounds(s, direction=direction):
+            l = window.l_1 + (s * optimal if direction == "length" else 0.0)
+            v = window.v_1 + (s * optimal if direction == "speed" else 0.0)
+            return np.array(reachable.bounds(l, v))
+
+        F0 = window.muscles.max_isometric_force
+        fine, coarse = (difference(bounds, 0.0, step) / F0 for step in (1e-6, 1e-5))
+        # Force by length is some 1/strain of the tendon, and rounding 1e-16 / 1e-6 of that.
+        np.testing.assert_allclose(fine, coarse, rtol=1e-4, atol=1e-7)
+
+
+def test_same_bits_twice_in_a_window(window):
+    reachable = window.reachable()
+    first = reachable.bounds(window.l_1, window.v_1)
+    reachable.bounds(window.l_1 * 1.0001, window.v_1)
+    reachable.excite(0.5 * (first[0] + first[1]))
+    again = reachable.bounds(window.l_1, window.v_1)
+    np.testing.assert_array_equal(first, again)
+
+
+def test_a_new_window_forgets_the_last(window):
+    reachable = window.reachable()
+    reachable.bounds(window.l_1 + 0.3 * window.muscles.optimal_fiber_length, window.v_1)
+    reachable.open(window.a, window.F, window.l, window.v, H)
+    fresh = window.reachable()
+    np.testing.assert_array_equal(
+        reachable.bounds(window.l_1, window.v_1), fresh.bounds(window.l_1, window.v_1)
+    )
+
+
+def test_bounds_are_not_below_zero():
+    """Shortening faster than the fibre can, the tendon is slack; it cannot push."""
+    window = Window(0)
+    window.v = window.v_1 = -15.0 * window.muscles.optimal_fiber_length
+    window.l_1 = window.l + H * window.v
+    m = len(window.muscles)
+    slack = [window.end(np.full(m, u)).force < 0.0 for u in (0.01, 1.0)]
+    assert np.any(slack[0])
+    low, high = window.reachable().bounds(window.l_1, window.v_1)
+    np.testing.assert_array_equal(low == 0.0, slack[0])
+    np.testing.assert_array_equal(high == 0.0, slack[1])
+    assert (low >= 0.0).all()
+
+
+def test_a_failed_window_names_the_muscle():
+    window = Window(0)
+    far = window.l_1.copy()
+    far[3] = 1e200
+    with pytest.raises(em.WindowError, match="muscle 'm3'"):
+        window.reachable().bounds(far, window.v_1)
+
+
+# -- the start ------------------------------------------------------------------------------------
+
+
+def test_steady_bounds_are_the_equilibria(window):
+    low, high = steady_bounds(window.muscles, window.l)
+    m = len(window.muscles)
+    np.testing.assert_array_equal(low, em.equilibrium(window.muscles, np.full(m, 0.01), window.l))
+    np.testing.assert_array_equal(high, em.equilibrium(window.muscles, np.ones(m), window.l))
+    assert (high > low).all()
+
+
+def test_steady_state_is_steady_and_delivers_the_force(window):
+    low, high = steady_bounds(window.muscles, window.l)
+    F_opt = low + window.rng.uniform(0.0, 1.0, low.size) * (high - low)
+    a, F = steady_state(window.muscles, F_opt, window.l)
+    assert (abs(F - F_opt) <= 1e-9 * window.muscles.max_isometric_force).all()
+    # Nothing moves over a window with u = a and the length held.
+    rest = np.zeros(low.size)
+    end = em.integrate_window(window.muscles, a, F, a, (window.l, window.l), (rest, rest), H)
+    np.testing.assert_allclose(end.activation, a, rtol=1e-14)
+    assert (abs(end.force - F) <= 1e-9 * window.muscles.max_isometric_force).all()
+
+
+def test_steady_state_of_forces_out_of_reach(window):
+    low, high = steady_bounds(window.muscles, window.l)
+    a, F = steady_state(window.muscles, 2.0 * high, window.l)
+    np.testing.assert_array_equal(a, np.ones(low.size))
+    a, F = steady_state(window.muscles, 0.5 * low, window.l)
+    np.testing.assert_array_equal(a, np.full(low.size, 0.01))
+    np.testing.assert_allclose(F, low)

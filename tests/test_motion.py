@@ -1,0 +1,301 @@
+"""Motions: the pendulum's of the paper, smoothness, filtering, interpolation, bad input."""
+
+import numpy as np
+import pytest
+
+import exudyn_muscles as em
+from exudyn_muscles.motion import check_motion
+from models import pendulum
+
+from .differences import difference
+
+TIMES = np.linspace(0.0, 1.0, 11)
+ROWS = np.arange(11)
+SAMPLES = np.column_stack([np.sin(3.0 * TIMES), np.cos(2.0 * TIMES)])
+
+
+# -- the paper's motion ---------------------------------------------------------------------------
+
+
+def test_pendulum_goes_through_table_1():
+    q, _, _ = pendulum.motion()([0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0])
+    np.testing.assert_allclose(np.degrees(q[:, 0]), [180.0, 120.0, 240.0, 180.0], rtol=1e-13)
+
+
+def test_pendulum_is_at_rest_at_both_ends():
+    _, v, a = pendulum.motion()([0.0, 1.0])
+    np.testing.assert_allclose(v, 0.0, atol=1e-12)
+    np.testing.assert_allclose(a, 0.0, atol=1e-10)
+
+
+def test_pendulum_extremes():
+    """|q'| <= 9.355 rad/s and |q''| <= 78.12 rad/s^2, to the digits given, and both are reached."""
+    _, v, a = pendulum.motion()(np.linspace(0.0, 1.0, 100001))
+    assert abs(v).max() == pytest.approx(9.355, abs=5e-4)
+    assert abs(a).max() == pytest.approx(78.12, abs=5e-3)
+
+
+def test_pendulum_is_smooth_to_the_fourth_derivative():
+    """C4 across the inner way points; the fifth derivative of a quintic jumps."""
+    motion = pendulum.motion()
+    for knot in (1.0 / 3.0, 2.0 / 3.0):
+        # q, q' and q'' are continuous, and so are the next two derivatives, by one-sided
+        # polynomials: on each side q'' is an exact cubic.
+        sides = []
+        for side in (-1.0, 1.0):
+            s = side * np.linspace(0.0, 0.1, 12)
+            sides.append(np.polyfit(s, motion(knot + s)[2][:, 0], 3)[::-1])
+        for k, scale in enumerate((1e2, 1e3, 1e4)):
+            assert sides[0][k] == pytest.approx(sides[1][k], abs=1e-8 * scale)
+        assert abs(sides[0][3] - sides[1][3]) > 100.0
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        pendulum.motion(),
+        em.Motion.from_samples(TIMES, SAMPLES),
+        em.Motion.from_arrays(TIMES, SAMPLES, 0.0 * SAMPLES, 0.0 * SAMPLES),
+    ],
+)
+def test_speeds_and_accelerations_are_the_derivatives(motion):
+    for t in (0.113, 0.377, 0.741):
+        q, v, a = motion(t)
+        assert q.shape == v.shape == a.shape == (len(motion),)
+        np.testing.assert_allclose(v, difference(lambda x: motion(x)[0], t, 1e-4), atol=1e-7)
+        np.testing.assert_allclose(a, difference(lambda x: motion(x)[1], t, 1e-4), atol=1e-5)
+
+
+# -- way points -----------------------------------------------------------------------------------
+
+
+def test_end_conditions():
+    motion = em.Motion.from_waypoints(
+        [0.0, 0.4, 1.0],
+        [[0.0, 1.0], [0.5, 0.5], [1.0, 0.0]],
+        speeds=([0.1, 0.2], 0.3),
+        accelerations=(-1.0, [2.0, 3.0]),
+    )
+    _, v, a = motion([0.0, 1.0])
+    np.testing.assert_allclose(v, [[0.1, 0.2], [0.3, 0.3]], atol=1e-12)
+    np.testing.assert_allclose(a, [[-1.0, -1.0], [2.0, 3.0]], atol=1e-11)
+
+
+def test_two_waypoints_are_the_minimum_jerk_motion():
+    motion = em.Motion.from_waypoints([0.0, 2.0], [1.0, 3.0])
+    for t in (0.3, 1.0, 1.7):
+        s = t / 2.0
+        assert motion(t)[0][0] == pytest.approx(1.0 + 2.0 * s**3 * (10.0 - 15.0 * s + 6.0 * s * s))
+
+
+def test_one_column_or_a_vector():
+    vector = em.Motion.from_waypoints(TIMES, SAMPLES[:, 0])
+    column = em.Motion.from_waypoints(TIMES, SAMPLES[:, :1])
+    assert len(vector) == len(column) == 1
+    np.testing.assert_array_equal(vector(TIMES), column(TIMES))
+    assert vector(TIMES)[0].shape == (11, 1)
+    assert vector(0.5)[0].shape == (1,)
+
+
+# -- samples --------------------------------------------------------------------------------------
+
+RATE = 200.0  # Hz
+RECORD = np.arange(401) / RATE
+
+
+def sine(frequency):
+    return np.sin(2.0 * np.pi * frequency * RECORD)
+
+
+def test_samples_are_interpolated():
+    motion = em.Motion.from_samples(TIMES, SAMPLES)
+    np.testing.assert_allclose(motion(TIMES)[0], SAMPLES, atol=1e-14)
+    middle = TIMES[3:-4] + 0.05
+    np.testing.assert_allclose(motion(middle)[0][:, 0], np.sin(3.0 * middle), atol=1e-5)
+
+
+def test_filter_keeps_slow_motion_and_removes_tremor():
+    """Fourth order at 6 Hz: 1 Hz passes to 0.1 %, 50 Hz is attenuated beyond 1e-3."""
+    inner = slice(100, 301)  # away from the ends
+    slow = em.Motion.from_samples(RECORD, sine(1.0), cutoff=6.0)(RECORD)[0][inner, 0]
+    np.testing.assert_allclose(slow, sine(1.0)[inner], atol=2e-3)
+    fast = em.Motion.from_samples(RECORD, sine(50.0), cutoff=6.0)(RECORD)[0][inner, 0]
+    assert abs(fast).max() < 1e-3
+    both = em.Motion.from_samples(RECORD, sine(1.0) + 0.1 * sine(50.0), cutoff=6.0)
+    np.testing.assert_allclose(both(RECORD)[0][inner, 0], slow, atol=1e-4)
+
+
+def test_filter_is_half_power_squared_at_the_cutoff():
+    """A second-order Butterworth forwards and backwards: amplitude 1/2 at its cut-off."""
+    inner = slice(100, 301)
+    at_cutoff = em.Motion.from_samples(RECORD, sine(10.0), cutoff=10.0)(RECORD)[0][inner, 0]
+    gain = at_cutoff @ sine(10.0)[inner] / (sine(10.0)[inner] @ sine(10.0)[inner])
+    assert gain == pytest.approx(0.5, abs=0.01)
+
+
+def test_filter_has_no_phase():
+    """The crossings of zero stay where they are, and reversed time gives the reversed motion."""
+    motion = em.Motion.from_samples(RECORD, sine(3.0), cutoff=6.0)
+    for k in range(3, 9):
+        assert motion(k / 6.0)[0][0] == pytest.approx(0.0, abs=2e-4)
+    record = sine(3.0) + 0.3 * sine(17.0)
+    forwards = em.Motion.from_samples(RECORD, record, cutoff=6.0)(RECORD)[0]
+    backwards = em.Motion.from_samples(RECORD, record[::-1], cutoff=6.0)(RECORD)[0]
+    np.testing.assert_allclose(forwards[100:301], backwards[::-1][100:301], atol=1e-6)
+
+
+@pytest.mark.parametrize("cutoff", [2.0, 6.0, 20.0])
+def test_filter_keeps_a_straight_line_up_to_the_ends(cutoff):
+    """A motion may begin and end at any speed; 1e-6 of it is left of the filter's start."""
+    motion = em.Motion.from_samples(RECORD, 1.0 + 2.0 * RECORD, cutoff=cutoff)
+    q, v, _ = motion(RECORD)
+    np.testing.assert_allclose(q[:, 0], 1.0 + 2.0 * RECORD, atol=2e-6)
+    np.testing.assert_allclose(v[:, 0], 2.0, atol=1e-4)
+
+
+def test_filter_of_a_short_record():
+    """One period of the cut-off is enough, less is refused: the ends would be all there is."""
+    short = 1.0 + 2.0 * RECORD[:35]
+    motion = em.Motion.from_samples(RECORD[:35], short, cutoff=6.0)
+    np.testing.assert_allclose(motion(RECORD[:35])[0][:, 0], short, atol=1e-3)
+    with pytest.raises(em.MotionError, match=r"at least one period, 0\.166667 s; this one has"):
+        em.Motion.from_samples(RECORD[:33], short[:33], cutoff=6.0)
+
+
+# -- arrays ---------------------------------------------------------------------------------------
+
+
+def test_arrays_are_interpolated():
+    times = np.array([0.0, 0.2, 0.5, 1.0])
+    q, v, a = np.random.default_rng(3).normal(size=(3, 4, 2))
+    motion = em.Motion.from_arrays(times, q, v, a)
+    assert len(motion) == 2
+    for ours, given in zip(motion(times), (q, v, a), strict=True):
+        np.testing.assert_allclose(ours, given, atol=1e-11)
+
+
+def test_arrays_of_a_quintic_are_that_quintic():
+    p = np.polynomial.Polynomial([0.1, -0.4, 2.0, 1.0, -3.0, 0.7])
+    times = np.array([0.0, 0.3, 1.0])
+    motion = em.Motion.from_arrays(times, p(times), p.deriv()(times), p.deriv(2)(times))
+    t = np.linspace(0.0, 1.0, 21)
+    for ours, exact in zip(motion(t), (p, p.deriv(), p.deriv(2)), strict=True):
+        np.testing.assert_allclose(ours[:, 0], exact(t), atol=1e-11)
+
+
+# -- bad input ------------------------------------------------------------------------------------
+
+
+def from_arrays(times, coordinates):
+    return em.Motion.from_arrays(times, coordinates, coordinates, coordinates)
+
+
+ALL = pytest.mark.parametrize(
+    "build", [em.Motion.from_waypoints, em.Motion.from_samples, from_arrays]
+)
+
+
+@ALL
+@pytest.mark.parametrize(
+    ("times", "message"),
+    [
+        (TIMES[::-1], r"times must increase: t\[0\] = 1 s is followed by t\[1\] = 0.9 s"),
+        (np.where(ROWS == 5, TIMES[4], TIMES), r"t\[4\] = 0.4 s is followed by t\[5\] = 0.4 s"),
+        (np.where(ROWS == 5, np.nan, TIMES), "must be finite; row 5"),
+        (np.where(ROWS == 10, np.inf, TIMES), "must be finite; row 10"),
+        (TIMES[:5], "do not fit"),
+        (TIMES[:, None], "do not fit"),
+        (0.5, "do not fit"),
+        ([*"abcdefghijk"], "must be arrays of numbers"),
+        (None, r"must be finite|do not fit|arrays of numbers"),
+    ],
+)
+def test_bad_times(build, times, message):
+    with pytest.raises(em.MotionError, match=message):
+        build(times, SAMPLES)
+
+
+@ALL
+@pytest.mark.parametrize(
+    ("samples", "message"),
+    [
+        (np.where(ROWS == 3, np.nan, SAMPLES[:, 0]), "must be finite; row 3"),
+        (np.where(ROWS == 3, np.inf, SAMPLES[:, 0]), "must be finite; row 3"),
+        (SAMPLES[:7], "do not fit"),
+        (SAMPLES.T, "do not fit"),
+        (SAMPLES[:, :, None], "do not fit"),
+        (SAMPLES[:, :0], "do not fit"),
+        (1.0, "do not fit"),
+        ([[1.0, 2.0], [3.0]], "must be arrays of numbers"),
+        (["x"] * 11, "must be arrays of numbers"),
+    ],
+)
+def test_bad_coordinates(build, samples, message):
+    with pytest.raises(em.MotionError, match=message):
+        build(TIMES, samples)
+
+
+@pytest.mark.parametrize(
+    ("build", "fewest"),
+    [(em.Motion.from_waypoints, 2), (em.Motion.from_samples, 6), (from_arrays, 2)],
+)
+def test_too_few_points(build, fewest):
+    build(TIMES[:fewest], SAMPLES[:fewest])
+    with pytest.raises(em.MotionError, match=f"at least {fewest} points, got {fewest - 1}"):
+        build(TIMES[: fewest - 1], SAMPLES[: fewest - 1])
+    with pytest.raises(em.MotionError, match=r"at least|do not fit"):
+        build([], [])
+
+
+@pytest.mark.parametrize("bad", [(np.nan, 0.0), (0.0, np.inf)])
+@pytest.mark.parametrize("name", ["speeds", "accelerations"])
+def test_end_conditions_that_are_not_finite(name, bad):
+    with pytest.raises(em.MotionError, match=f"{name} must be finite"):
+        em.Motion.from_waypoints(TIMES, SAMPLES, **{name: bad})
+
+
+@pytest.mark.parametrize("bad", [0.0, (0.0,), (0.0, 0.0, 0.0), ([1.0, 2.0, 3.0], 0.0), ("x", 0.0)])
+@pytest.mark.parametrize("name", ["speeds", "accelerations"])
+def test_end_conditions_that_do_not_fit(name, bad):
+    with pytest.raises(em.MotionError, match=f"{name}: expected a pair"):
+        em.Motion.from_waypoints(TIMES, SAMPLES, **{name: bad})
+
+
+@pytest.mark.parametrize("cutoff", [0.0, -6.0, 100.0, 500.0, np.nan, np.inf])
+def test_bad_cutoff(cutoff):
+    with pytest.raises(em.MotionError, match=r"cutoff = .* Hz is outside \(0, 100\) Hz"):
+        em.Motion.from_samples(RECORD, sine(1.0), cutoff=cutoff)
+
+
+def test_filtering_a_record_with_gaps():
+    times = np.delete(RECORD, 50)
+    with pytest.raises(em.MotionError, match="equally spaced"):
+        em.Motion.from_samples(times, np.delete(sine(1.0), 50), cutoff=6.0)
+
+
+def test_shapes_of_arrays():
+    with pytest.raises(em.MotionError, match="must have the same shape"):
+        em.Motion.from_arrays(TIMES, SAMPLES, SAMPLES[:, :1], SAMPLES)
+    with pytest.raises(em.MotionError, match=r"speeds .* do not fit"):
+        em.Motion.from_arrays(TIMES, SAMPLES, SAMPLES[:5], SAMPLES)
+    with pytest.raises(em.MotionError, match="accelerations must be finite"):
+        em.Motion.from_arrays(TIMES, SAMPLES, SAMPLES, np.full_like(SAMPLES, np.nan))
+
+
+@pytest.mark.parametrize("t", [-1e-3, 1.001, np.nan, np.inf, [0.0, 0.5, 2.0]])
+def test_times_outside_the_motion(t):
+    with pytest.raises(em.MotionError, match=r"the motion spans \[0, 1\] s, asked for t ="):
+        pendulum.motion()(t)
+
+
+def test_accumulated_steps_may_pass_the_end_by_rounding():
+    motion = pendulum.motion()
+    np.testing.assert_array_equal(motion(1.0 + 1e-12), motion(1.0))
+    np.testing.assert_array_equal(motion(-1e-12), motion(0.0))
+
+
+def test_number_of_coordinates():
+    motion = em.Motion.from_waypoints(TIMES, SAMPLES)
+    check_motion(motion, ["a", "b"])
+    with pytest.raises(em.MotionError, match="motion has 2 coordinates, the model 3: a, b, c"):
+        check_motion(motion, ["a", "b", "c"])
