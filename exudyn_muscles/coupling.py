@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import math
 import time
-import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -32,6 +31,7 @@ from .errors import (
     ParameterError,
     SimulationError,
     UnmetTorqueWarning,
+    warn,
 )
 from .model import MusculoskeletalModel
 from .motion import Motion
@@ -89,7 +89,6 @@ class Plugin(ABC):
         self.motion = motion
         self._progress = progress
         self._reset()
-        self._attached = False
 
     # What a method supplies.
 
@@ -117,10 +116,11 @@ class Plugin(ABC):
 
     @abstractmethod
     def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
-        """The tree's part of the Newton matrix (n, n) in place of Exudyn's `exact` one.
+        """The tree's rows of the Newton matrix (n, N) in place of Exudyn's `exact` ones.
 
-        Exudyn's matrix is mass * M + dq * dR/dq + dv * dR/dq', where dq, dv < 0 are its own factors
-        and R is its right-hand side with the muscles' torque held.
+        N counts all coordinates of the system, the tree's are `skeleton.rows`. Exudyn's matrix is
+        mass * M + dq * dR/dq + dv * dR/dq', where dq, dv < 0 are its own factors and R is its
+        right-hand side with the muscles' torque held.
         """
 
     @abstractmethod
@@ -149,29 +149,39 @@ class Plugin(ABC):
         UnmetTorqueWarning
             The muscles could not deliver the demanded torque; names the coordinates.
         """
-        if self._attached:
-            raise ModelError("the plugin is already attached: one attached() serves one run")
         cpu = time.process_time()
         mbs = self.model.mbs
         self.skeleton.open()
-        mbs.sys.pop("dynamicSolver", None)
-        self._attached = True
-        hooks = _Hooks(mbs)
         try:
-            self._reset()
+            hooks = _Hooks(mbs)
+        except ModelError:
+            self.skeleton.close()
+            raise
+        self._reset()
+        # What another run has left there must not be taken for this run's solver.
+        solver_before = mbs.sys.pop("dynamicSolver", None)
+        try:
             self.skeleton.apply(self.begin(*self.skeleton.initial_state()))
             self._triplets = _triplets(self.skeleton)
             hooks.install(self)
             yield self
             self._check_finished()
-        except exu.ExudynError as error:
-            raised = self._translated(error)
-            raise raised from (None if raised is error.__cause__ else error)
+        except BaseException as error:
+            raised = original(error)
+            if isinstance(raised, exu.ExudynError):
+                raised = SimulationError(f"Exudyn gave up {self._where()}: {raised}")
+                self.record.fail(raised, self._where())
+                raise raised from error
+            if self._started:
+                raised.add_note(f"raised in the simulation {self._where()}")
+            self.record.fail(raised, self._where())
+            raise raised from raised.__cause__
         finally:
-            self._attached = False
             hooks.restore()
             with suppress(exu.ExudynError):
                 self.skeleton.close()
+            if solver_before is not None:
+                mbs.sys.setdefault("dynamicSolver", solver_before)
             self.record.cpu_time = time.process_time() - cpu
         warn_of_unmet_torque(self.record)
 
@@ -235,9 +245,7 @@ class Plugin(ABC):
         rows = self.skeleton.rows
         exact = np.asarray(solver.GetSystemJacobian())[rows]
         mass = (1.0 - solver.alphaM) / (1.0 - solver.alphaF)
-        change = -exact
-        change[:, rows] += self.jacobian(exact[:, rows], mass, dq, dv)
-        self._triplets[:, 2] = change.ravel()
+        self._triplets[:, 2] = (self.jacobian(exact, mass, dq, dv) - exact).ravel()
         container = exu.MatrixContainer()
         container.SetWithSparseMatrix(self._triplets, exact.shape[1], exact.shape[1])
         return container
@@ -256,6 +264,9 @@ class Plugin(ABC):
         self.accept(self._t_0, t)
         self._point(t)
         self.counts.steps += 1
+        end = self._solver().it.endTime
+        if t >= end - 1e-9 * max(1.0, abs(end)):
+            self.record.status = Status.COMPLETE
         if self._progress is not None:
             self._progress(t)
         return True
@@ -290,7 +301,7 @@ class Plugin(ABC):
         torque = self.skeleton.applied
         a = self.skeleton.acceleration
         lack = np.abs(M @ a + bias - torque).max()
-        if lack > 1e-6 * (np.abs(torque).max() + np.abs(bias).max() + 1.0):
+        if lack > 1e-6 * (np.abs(torque).max() + np.abs(bias).max()) + 1e-9:
             raise ParameterError(
                 "the initial accelerations do not balance the initial torques; set "
                 "timeIntegration.generalizedAlpha.computeInitialAccelerations = True"
@@ -300,33 +311,23 @@ class Plugin(ABC):
         try:
             return self.model.mbs.sys["dynamicSolver"]
         except KeyError as error:
-            raise ModelError("call mbs.SolveDynamic with storeSolver=True, its default") from error
+            raise ModelError(
+                "the plugin works with mbs.SolveDynamic and its default storeSolver=True"
+            ) from error
 
     def _check_finished(self) -> None:
         """Exudyn also returns True when it was stopped early."""
         record = self.record
-        if not self._started:
+        if not self._started or record.status is Status.COMPLETE:
             return
         solver = self._solver()
-        reached, end = record.time[-1], solver.it.endTime
-        if reached < end - 1e-9 * max(1.0, abs(end)):
-            why = "a user function" if solver.output.simulationStoppedByUserFunction else "the user"
-            if solver.output.simulationTimeout:
-                why = "exudyn.special.solver.timeout"
-            record.message = f"stopped by {why} at t = {reached:g} s before {end:g} s"
-            warnings.warn(record.message, IncompleteRunWarning, stacklevel=4)
-        else:
-            record.status = Status.COMPLETE
-
-    def _translated(self, error: exu.ExudynError) -> BaseException:
-        """The exception that a user function raised, or Exudyn's own as a SimulationError."""
-        cause = error.__cause__
-        where = self._where()
-        translated: BaseException = cause or SimulationError(f"Exudyn gave up {where}: {error}")
-        if cause is not None:
-            cause.add_note(f"raised in the simulation {where}")
-        self.record.fail(translated, where)
-        return translated
+        why = "a user function" if solver.output.simulationStoppedByUserFunction else "the user"
+        if solver.output.simulationTimeout:
+            why = "exudyn.special.solver.timeout"
+        record.message = (
+            f"stopped by {why} at t = {record.time[-1]:g} s before {solver.it.endTime:g} s"
+        )
+        warn(record.message, IncompleteRunWarning)
 
     def _where(self) -> str:
         data = self.model.mbs.systemData
@@ -336,6 +337,13 @@ class Plugin(ABC):
             f"q = {np.array2string(self.skeleton.q, precision=5)}, "
             f"q' = {np.array2string(self.skeleton.v, precision=5)}"
         )
+
+
+def original(error: BaseException) -> BaseException:
+    """The exception that a user function raised, which Exudyn wraps, once for every solver."""
+    while isinstance(error, exu.ExudynError) and error.__cause__ is not None:
+        error = error.__cause__
+    return error
 
 
 def _triplets(skeleton: Skeleton) -> np.ndarray:
@@ -350,7 +358,7 @@ def warn_of_unmet_torque(record: Recorder) -> None:
     """One UnmetTorqueWarning for a whole run, if there is anything to say."""
     if record.fell_short:
         text = record.trajectory().unmet_torque_report()
-        warnings.warn(f"unmet torque: {text}", UnmetTorqueWarning, stacklevel=4)
+        warn(f"unmet torque: {text}", UnmetTorqueWarning)
 
 
 class _Hooks:

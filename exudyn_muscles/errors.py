@@ -9,6 +9,11 @@ All exceptions derive from `ExudynMusclesError`. Those that report bad input als
 
 from __future__ import annotations
 
+import sys
+import warnings
+
+NOT_THE_USERS = ("exudyn_muscles", "exudyn", "contextlib")
+
 
 class ExudynMusclesError(Exception):
     """Root of all exceptions of this package."""
@@ -68,3 +73,15 @@ class PathWarning(ExudynMusclesWarning):
 
 class IncompleteRunWarning(ExudynMusclesWarning):
     """Exudyn returned before the end time without raising an exception."""
+
+
+class FrozenBodiesWarning(ExudynMusclesWarning):
+    """Static optimization cannot move the bodies outside the skeleton."""
+
+
+def warn(text: str, category: type[Warning]) -> None:
+    """Issue a warning that points at the user's code, through Exudyn and context managers."""
+    level, frame = 2, sys._getframe(1)
+    while frame.f_back is not None and frame.f_globals["__name__"].split(".")[0] in NOT_THE_USERS:
+        level, frame = level + 1, frame.f_back
+    warnings.warn(text, category, stacklevel=level)

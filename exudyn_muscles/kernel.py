@@ -12,7 +12,7 @@ from typing import Any
 from numba import njit
 
 # Kernels call each other and freeze constants across these files.
-SOURCES = ("muscle", "path", "recruitment", "methods/unified.py")
+SOURCES = ("kernel.py", "muscle", "path", "recruitment", "methods/unified.py")
 
 
 def kernel(function: Callable) -> Any:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Sequence
 
 import exudyn as exu
 import numpy as np
 
 from .compilation import announce_compilation
-from .errors import ParameterError, PathWarning
+from .errors import ParameterError, PathWarning, warn
 from .muscle.parameters import Muscle, MuscleSet
 from .path.geometry import Geometry, compile_geometry, path_geometry
 from .path.points import collect_paths
@@ -77,10 +76,9 @@ class MusculoskeletalModel:
         self.geometry = compile_geometry(self.skeleton.tree, self.paths)
         for i, name in enumerate(self.muscles.names):
             if np.ptp(self.paths.links[self.paths.starts[i] : self.paths.starts[i + 1]]) == 0:
-                warnings.warn(
+                warn(
                     f"muscle '{name}' crosses no coordinate: all its path points are on one link",
                     PathWarning,
-                    stacklevel=2,
                 )
 
     @property

@@ -9,7 +9,8 @@ Coordinates are Exudyn's: without the reference coordinates of the node.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import exudyn as exu
 import numpy as np
@@ -25,6 +26,8 @@ JOINTS = {
     exu.JointType.PrismaticY: 4,
     exu.JointType.PrismaticZ: 5,
 }
+
+OPEN = "exudyn_muscles"  # in mbs.sys while a run is attached
 
 
 class Skeleton:
@@ -71,6 +74,11 @@ class Skeleton:
         self._user_torque = np.zeros(n)
         self.attach_views()
 
+    @property
+    def others(self) -> int:
+        """Number of the system's ODE2 coordinates outside the tree."""
+        return self.mbs.systemData.ODE2Size() - len(self)
+
     def __len__(self) -> int:
         return len(self.coordinates)
 
@@ -111,12 +119,24 @@ class Skeleton:
             configuration=exu.ConfigurationType.StartOfStep, reference=True
         )
         names = ("ODE2Coords", "ODE2Coords_t", "ODE2Coords_tt")
-        self.q, self.v, self.acceleration = (current[name][self.rows] for name in names)
-        self.start = tuple(start[name][self.rows] for name in names)
+        self._current = tuple(current[name] for name in names)
+        self._at_start = tuple(start[name] for name in names)
+        self.q, self.v, self.acceleration = (array[self.rows] for array in self._current)
+        self.start = tuple(array[self.rows] for array in self._at_start)
 
     def open(self) -> None:
-        """Prepare for evaluations; the system's current state becomes its initial state."""
+        """Prepare for evaluations; the system's current state becomes its initial state.
+
+        Raises
+        ------
+        ModelError
+            The system cannot be driven, or a run on it is still open.
+        """
         self.check_assembled()
+        if OPEN in self.mbs.sys:
+            raise ModelError(
+                "another run is attached to this mbs: one attached() serves one run at a time"
+            )
         settings = exu.SimulationSettings()
         settings.solution.file.write = False
         settings.solution.sensors.active = False
@@ -128,9 +148,11 @@ class Skeleton:
         torque = self.mbs.GetObjectParameter(self.object, "jointForceVector")
         self._user_torque = np.zeros(len(self)) + (torque if np.size(torque) else 0.0)
         self._total = self._user_torque
+        self.mbs.sys[OPEN] = True
 
     def close(self) -> None:
         """Give the tree back the user's own joint torques."""
+        self.mbs.sys.pop(OPEN, None)
         self._total = self._user_torque
         self._set(self.object, "jointForceVector", self._total)
 
@@ -173,17 +195,49 @@ class Skeleton:
     def dynamics_at(self, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
         """M (n, n) and H - Q (n,) at coordinates `q`, speeds `v` and time `t`.
 
-        The system's state and time are as before afterwards, to the last bit.
+        Other bodies of the system stay where they are. The system's state and time are as before
+        afterwards, to the last bit.
         """
-        data = self.mbs.systemData
-        q_now, v_now, t_now = self.q.copy(), self.v.copy(), data.GetTime()
-        try:
+        with self.preserved():
             self.q[:], self.v[:] = q, v
-            data.SetTime(t)
+            self.mbs.systemData.SetTime(t)
             return self.dynamics()
+
+    def dynamics_ahead(
+        self, q: np.ndarray, v: np.ndarray, t: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """As `dynamics_at`, with the other bodies where their state at the start of the step leads.
+
+        They go on with constant acceleration, which is of second order.
+        """
+        with self.preserved():
+            h = t - self.mbs.systemData.GetTime(exu.ConfigurationType.StartOfStep)
+            q_0, v_0, a_0 = self._at_start
+            self._current[0][:] = q_0 + h * v_0 + 0.5 * h * h * a_0
+            self._current[1][:] = v_0 + h * a_0
+            self.q[:], self.v[:] = q, v
+            self.mbs.systemData.SetTime(t)
+            return self.dynamics()
+
+    @contextmanager
+    def preserved(self) -> Iterator[None]:
+        """Put the system's current coordinates, speeds, accelerations and time back afterwards."""
+        before = self.snapshot()
+        try:
+            yield
         finally:
-            self.q[:], self.v[:] = q_now, v_now
-            data.SetTime(t_now)
+            self.restore(before)
+
+    def snapshot(self) -> tuple[list[np.ndarray], float]:
+        """The system's current coordinates, speeds, accelerations and time."""
+        return [array.copy() for array in self._current], self.mbs.systemData.GetTime()
+
+    def restore(self, snapshot: tuple[list[np.ndarray], float]) -> None:
+        """Put a snapshot back."""
+        arrays, time = snapshot
+        for array, values in zip(self._current, arrays, strict=True):
+            array[:] = values
+        self.mbs.systemData.SetTime(time)
 
 
 def _read_tree(item: dict, mbs: exu.MainSystem) -> Tree:

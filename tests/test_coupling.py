@@ -343,6 +343,47 @@ def test_exceptions_inside_surface_as_themselves(model, motion, error):
     assert again.status is em.Status.COMPLETE
 
 
+@pytest.mark.parametrize("error", [Disaster("boom"), KeyboardInterrupt()])
+@pytest.mark.parametrize("method", ["csf", "cmc", "static"])
+def test_exceptions_in_the_users_loads_surface_as_themselves(model, motion, method, error):
+    """Exudyn wraps them twice: the plugin's own solver assembles the loads as well."""
+
+    def load(mbs, t, load):
+        if t > 0.25:
+            raise error
+        return 0.0
+
+    node = model.mbs.GetObjectParameter(0, "nodeNumber")
+    marker = model.mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
+    model.mbs.AddLoad(LoadCoordinate(markerNumber=marker, load=0.0, loadUserFunction=load))
+    model.mbs.Assemble()
+    run = {
+        "csf": em.cosimulate,
+        "cmc": em.computed_muscle_control,
+        "static": em.static_optimization,
+    }[method]
+    with pytest.raises(type(error)) as caught:
+        run(model, motion)
+    assert caught.value is error
+    assert 0.2 < error.trajectory.time[-1] < 0.26
+    assert error.trajectory.status is em.Status.INCOMPLETE
+    assert error.trajectory.window_time[-1] == error.trajectory.time[-1]
+
+
+def test_an_error_of_the_users_own_after_a_complete_run(model, motion):
+    plugin = csf(model, motion)
+
+    def run():
+        with plugin.attached():
+            model.mbs.SolveDynamic(settings(), solverType=TRAPEZOIDAL)
+            raise Disaster
+
+    with pytest.raises(Disaster) as caught:
+        run()
+    assert plugin.result().status is em.Status.COMPLETE
+    assert caught.value.trajectory.time[-1] == pytest.approx(1.0)
+
+
 def test_ctrl_c_from_the_keyboard(model, motion):
     def interrupt_at_half(t):
         if abs(t - 0.5) < 1e-9:
@@ -417,8 +458,61 @@ def test_attached_twice(model, motion):
     plugin = csf(model, motion)
     with plugin.attached():
         second = plugin.attached()
-        with pytest.raises(em.ModelError, match="already attached"):
+        with pytest.raises(em.ModelError, match="another run is attached"):
             second.__enter__()
+
+
+def test_nothing_else_runs_on_an_attached_mbs(model, motion):
+    model.mbs.SetObjectParameter(0, "jointForceVector", [0.25])
+    plugin = csf(model, motion)
+    with plugin.attached():
+        with pytest.raises(em.ModelError, match="another run is attached"):
+            em.static_optimization(model, motion)
+        model.mbs.SolveDynamic(settings(), solverType=TRAPEZOIDAL)
+    assert same_bits(plugin.result(), plugin_run(model, csf(model, motion), settings()))
+    assert model.mbs.GetObjectParameter(0, "jointForceVector") == pytest.approx([0.25])
+
+
+def test_a_failed_attachment_leaves_the_plugin_usable(model, motion):
+    plugin = csf(model, motion)
+    model.mbs.SetSystemJacobianUserFunction(lambda *arguments: exu.MatrixContainer())
+    with pytest.raises(em.ModelError, match="SystemJacobian user function"):
+        plugin_run(model, plugin, settings())
+    model.mbs.SetSystemJacobianUserFunction(0)
+    assert plugin_run(model, plugin, settings()).status is em.Status.COMPLETE
+
+
+def test_static_optimization_leaves_the_state_of_the_users_run(model, motion):
+    plugin_run(model, csf(model, motion), settings(end=0.3))
+    before, t = model.skeleton.q.copy(), model.mbs.systemData.GetTime()
+    em.static_optimization(model, motion)
+    assert np.array_equal(model.skeleton.q, before)
+    assert model.mbs.systemData.GetTime() == t
+
+
+def test_the_time_limit_of_exudyn_is_an_incomplete_run(model, motion):
+    before = exu.special.solver.timeout
+    exu.special.solver.timeout = 1e-3
+    try:
+        with pytest.warns(em.IncompleteRunWarning, match=r"exudyn\.special\.solver\.timeout"):
+            result = plugin_run(model, csf(model, motion), settings())
+    finally:
+        exu.special.solver.timeout = before
+    assert result.status is em.Status.INCOMPLETE
+
+
+def test_warnings_point_at_the_users_line(model):
+    violent = em.Motion.from_waypoints(
+        np.array([0, 1 / 3, 2 / 3, 1]) * 0.5, np.radians([180.0, 120.0, 240.0, 180.0])
+    )
+    for method in (em.static_optimization, em.cosimulate):
+        with pytest.warns(em.UnmetTorqueWarning) as caught:
+            method(model, violent)
+        assert caught[0].filename == __file__
+    start_at(model, violent)
+    with pytest.warns(em.UnmetTorqueWarning) as caught, csf(model, violent).attached():
+        model.mbs.SolveDynamic(settings(end=0.5), solverType=TRAPEZOIDAL)
+    assert caught[0].filename == __file__
 
 
 def test_result_before_a_run(model, motion):

@@ -1,5 +1,6 @@
 """Trajectory: nothing is lost on the way to a file and back; differences are named."""
 
+import contextlib
 import dataclasses
 import json
 
@@ -109,6 +110,39 @@ def test_another_version_is_refused(csf, tmp_path):
         em.Trajectory.load(tmp_path / "later.npz")
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda header, arrays: header.update(status="NONE"),
+        lambda header, arrays: header.update(counts={"wheels": 4}),
+        lambda header, arrays: header.update(foreign=1),
+        lambda header, arrays: arrays.update(speeds=arrays["speeds"][:5]),
+        lambda header, arrays: arrays.update(reserves=arrays["reserves"][:-1]),
+    ],
+)
+def test_a_damaged_content_is_refused(csf, tmp_path, change):
+    csf.save(tmp_path / "whole.npz")
+    with np.load(tmp_path / "whole.npz") as stored:
+        arrays = {name: stored[name] for name in stored.files}
+    header = json.loads(str(arrays.pop("header")))
+    change(header, arrays)
+    np.savez(tmp_path / "damaged.npz", header=json.dumps(header), **arrays)
+    with pytest.raises(em.ResultFileError, match=r"damaged\.npz"):
+        em.Trajectory.load(tmp_path / "damaged.npz")
+
+
+def test_flipped_bytes_are_refused_or_harmless(csf, tmp_path):
+    csf.save(tmp_path / "whole.npz")
+    content = (tmp_path / "whole.npz").read_bytes()
+    generator = np.random.default_rng(0)
+    for _ in range(100):
+        damaged = bytearray(content)
+        damaged[generator.integers(len(content))] ^= 0xFF
+        (tmp_path / "flipped.npz").write_bytes(damaged)
+        with contextlib.suppress(em.ResultFileError):
+            em.Trajectory.load(tmp_path / "flipped.npz")
+
+
 def test_a_missing_file_and_a_foreign_one(tmp_path):
     with pytest.raises(FileNotFoundError):
         em.Trajectory.load(tmp_path / "none.npz")
@@ -125,7 +159,7 @@ def test_compare_names_quantity_time_and_size(csf):
     assert difference.quantity == "tendon_forces"
     assert difference.time == pytest.approx(0.40)
     assert difference.size == pytest.approx(7.5)
-    assert str(difference).startswith("tendon_forces differ by 7.5 at t = 0.4 s, allowed is 1")
+    assert str(difference).startswith("tendon_forces differ by 7.5 at t = 0.4 s, allowed is 0.2")
     # The first in time, and motion before muscles.
     two = changed(changed(csf, "tendon_forces", 40, 1, 7.5), "coordinates", 60, 0, 1e-3)
     assert two.compare(csf).quantity == "coordinates"
@@ -142,7 +176,9 @@ def test_compare_with_own_tolerances(csf):
 
 def test_compare_notices_nan_names_and_shapes(csf, cmc):
     assert changed(csf, "speeds", 3, 0, np.nan).compare(csf).quantity == "speeds"
-    assert csf.compare(cmc).quantity == "coordinate_names"
+    assert csf.compare(cmc).quantity == "method"
+    renamed = dataclasses.replace(csf, coordinate_names=("phi",))
+    assert renamed.compare(csf).quantity == "coordinate_names"
     short = dataclasses.replace(csf, time=csf.time[:-1])
     assert short.compare(csf).quantity == "time"
 

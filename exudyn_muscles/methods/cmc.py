@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..path.geometry import Geometry
@@ -41,6 +42,11 @@ class CMC(TrackingSettings):
         super().__post_init__()
         check_step("window", self.window)
         check_step("step", self.step)
+        steps = self.window / self.step
+        if steps < 1.0 - 1e-9 or abs(steps - round(steps)) > 1e-9 * steps:
+            raise ParameterError(
+                f"window = {self.window:g} s must be a whole number of steps of {self.step:g} s"
+            )
 
 
 def computed_muscle_control(
@@ -128,13 +134,13 @@ class CMCPlugin(UnifiedPlugin):
         M, bias = self.skeleton.dynamics_at(q, v, t)
         Q_m = M @ self._tracking.acceleration(t, t, q, v) + bias
         self._window_end = t
-        a, F, self._reserve_1 = self._muscles.start(geometry, Q_m, self.record, t)
-        return a, F, self._reserve_1
+        a, F, self.reserve = self._muscles.start(geometry, Q_m, self.record, t)
+        return a, F, self.reserve
 
     def controls(self, t_0: float, t_1: float) -> tuple[np.ndarray, np.ndarray]:
         if t_0 >= self._window_end - 1e-9:
             self._open_window(t_0)
-        share = (t_1 - self._window_start) / (self._window_end - self._window_start)
+        share = min((t_1 - self._window_start) / (self._window_end - self._window_start), 1.0)
         return self._held, self._reserve_0 + share * (self._reserve_1 - self._reserve_0)
 
     def _open_window(self, t_0: float) -> None:
@@ -144,10 +150,11 @@ class CMCPlugin(UnifiedPlugin):
         q, v, _ = skeleton.start
         a_cmc = tracking.acceleration(t_1, t_0, q, v)  # (12)
         q_d, v_d, _ = tracking.desired(t_1)
-        M, bias = skeleton.dynamics_at(q_d, v_d, t_1)
+        M, bias = skeleton.dynamics_ahead(q_d, v_d, t_1)
         Q_m = M @ a_cmc + bias  # (14) with the sign of (6)
         self._muscles.open(self.a, self.F, self.geometry, t_1 - t_0)
-        recruitment = self._muscles.recruit(self.model.geometry(q_d, v_d), Q_m, t_1)
-        self._held = self._muscles.excite(self.record, t_1).excitation
+        self._muscles.recruit(self.model.geometry(q_d, v_d), Q_m)
+        self._held = self._muscles.excite(t_1).excitation
+        self.row = self._muscles.row
         self._window_start, self._window_end = t_0, t_1
-        self._reserve_0, self._reserve_1 = self._reserve_1, recruitment.reserve
+        self._reserve_0, self._reserve_1 = self.reserve, self._muscles.reserve

@@ -11,7 +11,6 @@ committed.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -19,7 +18,7 @@ from enum import Enum
 import numpy as np
 
 from ..coupling import Plugin
-from ..errors import ParameterError, StabilityWarning
+from ..errors import ParameterError, StabilityWarning, warn
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..result import Trajectory
@@ -100,7 +99,8 @@ def cosimulate(
 ) -> Trajectory:
     """Track a motion by co-simulation of Exudyn's skeleton and the muscles.
 
-    Starts at the motion's first state and runs in fixed steps to its end.
+    Starts at the motion's first state and runs in fixed steps to its end; a last incomplete step is
+    left out.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ class CosimulationPlugin(Plugin):
     def _demand(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Q_m of (15) at a state."""
         if self._simplified:
-            self._M, bias = self.skeleton.dynamics_at(q, v, t)
+            self._M, bias = self.skeleton.dynamics_ahead(q, v, t)
         else:
             self._M, bias = self.skeleton.dynamics()
         return self._M @ self._tracking.acceleration(t, t, q, v) + bias
@@ -212,7 +212,7 @@ class CosimulationPlugin(Plugin):
         """J_m F_opt for the demand at a state."""
         Q_m = self._demand(t, q, v)
         self._trial = self.model.geometry(q, v)
-        recruitment = self._muscles.recruit(self._trial, Q_m, t)
+        recruitment = self._muscles.recruit(self._trial, Q_m)
         self._unmet = bool(recruitment.unmet.any())
         return recruitment.torque
 
@@ -230,10 +230,15 @@ class CosimulationPlugin(Plugin):
         return q + h * v + 0.25 * h * h * (a + a_next), v + 0.5 * h * (a + a_next)
 
     def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
+        rows = self.skeleton.rows
         if self._unmet:
-            return self._saturated_jacobian(mass, dq, dv)
+            wanted = exact.copy()
+            wanted[:, rows] = self._saturated_jacobian(mass, dq, dv)
+            return wanted
         # With the demand met the residual is M (q'' - q''_CTC), whatever else acts on the skeleton.
-        return self._M * (mass - self._tracking.kp * dq - self._tracking.kv * dv)
+        wanted = np.zeros_like(exact)
+        wanted[:, rows] = self._M * (mass - self._tracking.kp * dq - self._tracking.kv * dv)
+        return wanted
 
     def _saturated_jacobian(self, mass: float, dq: float, dv: float) -> np.ndarray:
         """By differences along the solver's own directions: q_j and, with it, q_j'."""
@@ -243,7 +248,7 @@ class CosimulationPlugin(Plugin):
         def imbalance(q: np.ndarray, v: np.ndarray) -> np.ndarray:
             M, bias = self.skeleton.dynamics_at(q, v, t)
             Q_m = M @ self._tracking.acceleration(t, t, q, v) + bias
-            torque = self._muscles.recruit(self.model.geometry(q, v), Q_m, t).torque
+            torque = self._muscles.recruit(self.model.geometry(q, v), Q_m).torque
             return M @ a + bias - torque
 
         columns = np.eye(q.size) * DIFFERENCE
@@ -256,7 +261,8 @@ class CosimulationPlugin(Plugin):
             self._last_acceleration = (self.skeleton.start[2].copy(), self.step)
             self._trial = self.model.geometry(self.skeleton.q, self.skeleton.v)
             self._muscles.limit(self._trial)
-        _, self.a, self.F = self._muscles.excite(self.record, t_1)
+        _, self.a, self.F = self._muscles.excite(t_1)
+        self.record.window(t_1, self._muscles.reserve, *self._muscles.row)
         self._geometry = self._trial
 
 
@@ -303,12 +309,13 @@ def css_limit(step: float, predictor: Predictor) -> float:
 def warn_of_instability(settings: Cosimulation, step: float) -> None:
     """StabilityWarning if CSS is unstable with these gains and this step."""
     kp, kv = settings.kp, settings.velocity_gain
-    if css_growth(kp, kv, step, settings.predictor) >= 1.0 and kp > 0.0:
+    # Without position feedback the position is neutral, with an eigenvalue of one.
+    if css_growth(kp, kv, step, settings.predictor) > 1.0 + 1e-9:
         limit = css_limit(step, settings.predictor)
-        warnings.warn(
+        warn(
             f"CSS with {settings.predictor.name} is unstable at kp = {kp:g}, kv = {kv:.4g}, step = "
-            f"{step:g} s: critically damped gains are stable up to kp = {limit:.4g} 1/s^2 at this "
-            f"step (kp step^2 = {limit * step**2:.4g}); use smaller gains, a smaller step or CSF",
+            f"{step:g} s: critically damped gains, kv = 2 sqrt(kp), are stable up to kp = "
+            f"{limit:.4g} 1/s^2, kv = {2.0 * limit**0.5:.4g} 1/s at this step (kp step^2 = "
+            f"{limit * step**2:.4g}); use smaller gains, a smaller step or CSF",
             StabilityWarning,
-            stacklevel=3,
         )

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
-from ..muscle.contraction import equilibrium_forces
+from ..muscle.contraction import check_range, equilibrium_forces
 from ..path.geometry import Geometry
 from ..result import Excitations, Trajectory
 from .control import check_step
@@ -43,7 +43,7 @@ def forward_dynamics(
     """Simulate skeleton and muscles under given excitations.
 
     Starts at the excitations' `initial` state; without one, at the initial state of the `mbs` with
-    muscles in the steady state of the first excitations.
+    muscles in the steady state of the first excitations. A last incomplete step is left out.
 
     Parameters
     ----------
@@ -113,6 +113,8 @@ class ForwardPlugin(UnifiedPlugin):
                 f"muscle '{model.muscles.names[i]}': excitation {values[k, i]:g} at "
                 f"t = {time[k]:g} s is outside [0, 1]"
             )
+        if excitations.initial is not None:
+            check_initial(model, *excitations.initial)
         super().__init__(model, float(time[0]), float(time[-1]), settings, None, progress)
         self._excitations = excitations
         self._u = np.maximum(values, model.muscles.minimum_activation)
@@ -120,8 +122,10 @@ class ForwardPlugin(UnifiedPlugin):
     def start_muscles(
         self, q: np.ndarray, v: np.ndarray, geometry: Geometry
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        self.model.check_tendons(q[None])
         given = self._excitations
-        self._record_given()
+        self.record.start(self.start_time, given.reserves[0], np.zeros(len(self.model.coordinates)))
+        self._window = -1
         if given.initial is not None:
             a, F = (np.array(x, dtype=float) for x in given.initial[2:])
         else:
@@ -132,16 +136,24 @@ class ForwardPlugin(UnifiedPlugin):
     def controls(self, t_0: float, t_1: float) -> tuple[np.ndarray, np.ndarray]:
         given = self._excitations
         k = given.window(0.5 * (t_0 + t_1))
+        if k != self._window:
+            # Nothing was demanded and no bounds were computed.
+            n, unknown = len(self.model.coordinates), np.full(len(self.model.muscles), np.nan)
+            self.row = (self._u[k], np.full(n, np.nan), np.zeros(n), unknown, unknown, unknown)
+            self._window = k
         share = (t_1 - given.time[k]) / (given.time[k + 1] - given.time[k])
         return self._u[k], given.reserves[k] + share * (given.reserves[k + 1] - given.reserves[k])
 
-    def _record_given(self) -> None:
-        """All windows at once; nothing was demanded and no bounds were computed."""
-        given, n = self._excitations, len(self.model.coordinates)
-        unknown, nowhere = np.full(len(self.model.muscles), np.nan), np.full(n, np.nan)
-        self.record.start(self.start_time, given.reserves[0], np.zeros(n))
-        for k, u in enumerate(self._u):
-            self.record.window(
-                given.time[k + 1], given.reserves[k + 1], u, nowhere, np.zeros(n),
-                unknown, unknown, unknown,
-            )  # fmt: skip
+
+def check_initial(
+    model: MusculoskeletalModel, q: np.ndarray, v: np.ndarray, a: np.ndarray, F: np.ndarray
+) -> None:
+    """Raise ParameterError unless a start fits the model and lies in the muscles' range."""
+    n, m = len(model.coordinates), len(model.muscles)
+    for name, values, size in (("q", q, n), ("q'", v, n), ("a", a, m), ("F", F, m)):
+        array = np.asarray(values, dtype=float)
+        if array.shape != (size,) or not np.isfinite(array).all():
+            raise ParameterError(
+                f"excitations: initial {name} must be {size} finite values, got {values!r}"
+            )
+    check_range("initial activation", np.asarray(a, dtype=float), model.muscles)

@@ -21,7 +21,15 @@ from .control import RecruitmentSettings
 
 
 class MuscleOptimization:
-    """Recruitment over windows for one run."""
+    """Recruitment over windows for one run.
+
+    Attributes
+    ----------
+    row : tuple of ndarray
+        Of the last excited window: u, demanded and unmet torque, F_min, F_opt and F_max.
+    reserve : (r,) ndarray
+        Reserve torques at its end.
+    """
 
     def __init__(
         self, model: MusculoskeletalModel, settings: RecruitmentSettings, counts: Counts
@@ -38,7 +46,8 @@ class MuscleOptimization:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Activations, forces (m,) and reserves (r,) of the steady state that serves `Q_m` best."""
         low, high = steady_bounds(self._model.muscles, geometry.length)
-        recruitment = self._optimize(geometry.moment_arms, Q_m, low, high, t)
+        recruitment = self._optimize(geometry.moment_arms, Q_m, low, high)
+        self._check_met(recruitment, t)
         a, F = steady_state(self._model.muscles, recruitment.force, geometry.length)
         record.start(t, recruitment.reserve, recruitment.unmet)
         return a, F, recruitment.reserve
@@ -47,42 +56,44 @@ class MuscleOptimization:
         """Begin a window of length `h` at the committed state."""
         self._forces.open(a, F, geometry.length, geometry.lengthening_speed, h)
 
-    def recruit(self, geometry: Geometry, Q_m: np.ndarray, t: float) -> Recruitment:
-        """Force limits and optimization for the torque `Q_m` at the window's end `t`."""
-        self._low, self._high = self.limit(geometry)
+    def recruit(self, geometry: Geometry, Q_m: np.ndarray) -> Recruitment:
+        """Force limits and optimization for the torque `Q_m` at the window's end."""
+        self.limit(geometry)
         self._demanded = Q_m
-        self._recruitment = self._optimize(geometry.moment_arms, Q_m, self._low, self._high, t)
+        self._recruitment = self._optimize(geometry.moment_arms, Q_m, self._low, self._high)
         return self._recruitment
 
-    def limit(self, geometry: Geometry) -> tuple[np.ndarray, np.ndarray]:
+    def limit(self, geometry: Geometry) -> None:
         """Force limits (8), (9) at the window's end."""
         before = self._forces.integrations
-        limits = self._forces.bounds(geometry.length, geometry.lengthening_speed)
+        self._low, self._high = self._forces.bounds(geometry.length, geometry.lengthening_speed)
         self._counts.window_integrations += self._forces.integrations - before
-        return limits
 
-    def excite(self, record: Recorder, t: float) -> Excitation:
-        """Excitations for the last recruitment; records the window that ends at `t`."""
+    def excite(self, t: float) -> Excitation:
+        """Excitations for the last recruitment, whose window ends at `t`.
+
+        Raises
+        ------
+        UnmetTorqueError
+            The demand was out of reach and the settings ask for an error.
+        """
+        self._check_met(self._recruitment, t)
         before = self._forces.integrations
         excitation = self._forces.excite(self._recruitment.force)
         self._counts.window_integrations += self._forces.integrations - before
-        force, reserve, _, unmet, _ = self._recruitment
-        record.window(
-            t, reserve, excitation.excitation, self._demanded, unmet, self._low, force, self._high
-        )
+        force, self.reserve, _, unmet, _ = self._recruitment
+        self.row = (excitation.excitation, self._demanded, unmet, self._low, force, self._high)
         return excitation
 
     def _optimize(
-        self, r: np.ndarray, Q_m: np.ndarray, low: np.ndarray, high: np.ndarray, t: float
+        self, r: np.ndarray, Q_m: np.ndarray, low: np.ndarray, high: np.ndarray
     ) -> Recruitment:
         N = self._settings.normalizer(self._model.muscles, high)
-        recruitment = self._recruiter.solve(r, Q_m, low, high, N)
         self._counts.recruitments += 1
+        return self._recruiter.solve(r, Q_m, low, high, N)
+
+    def _check_met(self, recruitment: Recruitment, t: float) -> None:
         if self._settings.raise_on_unmet_torque and recruitment.unmet.any():
-            short = {
-                name: float(x)
-                for name, x in zip(self._model.coordinates, recruitment.unmet, strict=True)
-                if x
-            }
+            pairs = zip(self._model.coordinates, recruitment.unmet, strict=True)
+            short = {name: float(x) for name, x in pairs if x}
             raise UnmetTorqueError(f"torque out of reach at t = {t:g} s, short by {short}")
-        return recruitment

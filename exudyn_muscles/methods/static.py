@@ -11,7 +11,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..coupling import warn_of_unmet_torque
+from ..coupling import original, warn_of_unmet_torque
+from ..errors import FrozenBodiesWarning, warn
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..result import Counts, Recorder, Status, Trajectory
@@ -56,6 +57,8 @@ def static_optimization(
 
     Warns
     -----
+    FrozenBodiesWarning
+        The mbs has other bodies, whose motion is unknown here.
     UnmetTorqueWarning
         The muscles cannot deliver the motion's torques; names the coordinates.
     """
@@ -70,6 +73,15 @@ def static_optimization(
     record = Recorder("static", model, settings, counts, motion)
     muscles = MuscleOptimization(model, settings, counts)
     skeleton = model.skeleton
+    if skeleton.others:
+        warn(
+            f"static optimization holds the {skeleton.others} coordinates of the mbs outside the "
+            "skeleton at their initial values; forces between them and the skeleton are wrong once "
+            "they would move",
+            FrozenBodiesWarning,
+        )
+    # The evaluations below move the mbs; the user's current state is put back at the end.
+    before = skeleton.snapshot()
     skeleton.open()
     last = model.geometry(q_d[0], v_d[0])
     try:
@@ -82,8 +94,9 @@ def static_optimization(
                 torque = model.torque(geometry, F, reserve)
             else:
                 muscles.open(a, F, last, times[n] - times[n - 1])
-                torque = muscles.recruit(geometry, Q_m, t).torque
-                _, a, F = muscles.excite(record, t)
+                torque = muscles.recruit(geometry, Q_m).torque
+                _, a, F = muscles.excite(t)
+                record.window(t, muscles.reserve, *muscles.row)
                 counts.steps += 1
             record.point(t, q_d[n], v_d[n], a_d[n], a, F, torque)
             last = geometry
@@ -91,11 +104,13 @@ def static_optimization(
                 progress(t)
         record.status = Status.COMPLETE
     except BaseException as error:
-        error.add_note(f"raised at t = {t:g} s of the static optimization")
-        record.fail(error, f"at t = {t:g} s")
-        raise
+        raised = original(error)
+        raised.add_note(f"raised at t = {t:g} s of the static optimization")
+        record.fail(raised, f"at t = {t:g} s")
+        raise raised from raised.__cause__
     finally:
         skeleton.close()
+        skeleton.restore(before)
         record.cpu_time = time.process_time() - cpu
     warn_of_unmet_torque(record)
     return record.trajectory()

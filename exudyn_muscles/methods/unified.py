@@ -74,6 +74,7 @@ class UnifiedPlugin(Plugin):
         # Start and trial of a step, as `unified_step` has them.
         self._start, self._trial = np.empty((5, m)), np.empty((6, m))
         self._arms, self._torque = np.empty((m, n)), np.empty(n)
+        self.row: tuple[np.ndarray, ...] | None = None
 
     @abstractmethod
     def start_muscles(
@@ -83,7 +84,10 @@ class UnifiedPlugin(Plugin):
 
     @abstractmethod
     def controls(self, t_0: float, t_1: float) -> tuple[np.ndarray, np.ndarray]:
-        """Excitations (m,) over the step and reserve torques (r,) at its end."""
+        """Excitations (m,) over the step and reserve torques (r,) at its end.
+
+        Where a window begins, its `row` for the record is set.
+        """
 
     def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         self.geometry = self.model.geometry(q, v)
@@ -94,11 +98,13 @@ class UnifiedPlugin(Plugin):
         """Any step will do."""
 
     def open_step(self, t_0: float, t_1: float) -> None:
-        u, reserve = self.controls(t_0, t_1)
+        u, self.reserve = self.controls(t_0, t_1)
         length, speed, _ = self.geometry
         for row, values in enumerate((self.a, self.F, u, length, speed)):
             self._start[row] = values
-        self._reserve_torque = self.model.reserve_columns @ reserve if reserve.size else None
+        self._reserve_torque = (
+            self.model.reserve_columns @ self.reserve if self.reserve.size else None
+        )
 
     def torque(self, t: float, first: bool) -> np.ndarray:
         skeleton = self.skeleton
@@ -118,8 +124,16 @@ class UnifiedPlugin(Plugin):
     def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
         # dF/dq = -F_l r and dF/dq' = -F_v r; how r changes matters little within a step.
         r, F_l, F_v = self._arms, self._trial[4], self._trial[5]
-        return exact - (r.T * (dq * F_l + dv * F_v)) @ r
+        wanted = exact.copy()
+        wanted[:, self.skeleton.rows] -= (r.T * (dq * F_l + dv * F_v)) @ r
+        return wanted
 
     def accept(self, t_0: float, t_1: float) -> None:
         self.a, self.F, length, speed = self._trial[:4].copy()
         self.geometry = Geometry(length, speed, self._arms.copy())
+        # A window is what was held over accepted steps, wherever they end.
+        if self.row is not None:
+            self.record.window(t_1, self.reserve, *self.row)
+            self.row = None
+        else:
+            self.record.extend(t_1, self.reserve)

@@ -7,8 +7,9 @@ V = v_max l_m0:
     v   = f_v^-1((f / cos(alpha) - f_PE) / (a f_l))
     f_F = F0 / (l_ts dx_SE/df) (l' - V v / cos(alpha))
 
-The fibre velocity l_m' = V v is divided by cos(alpha), not multiplied: the pennation angle changes
-with the fibre length. Tension and lengthening are positive.
+Near its shortest length the fibre's shortening dies out; a path that is shorter still leaves the
+tendon slack. The fibre velocity l_m' = V v is divided by cos(alpha), not multiplied: the pennation
+angle changes with the fibre length. Tension and lengthening are positive.
 """
 
 from __future__ import annotations
@@ -41,6 +42,9 @@ from .parameters import (
     MuscleSet,
 )
 
+# The fibre slows down over this part of its optimal length before it stops at its shortest length:
+# a sudden stop has no implicit step across it.
+STOP = 0.01
 BISECTIONS = 60  # halves the bracket to the last bit
 
 
@@ -78,10 +82,16 @@ def force_rate(table, i, a, F, l, v):
     multiplier = (f / cos - f_PE) * capacity
     dm_dp = (-f / (cos * cos) * dcos_dp - df_PE * dx_dp - multiplier * a * df_l * dx_dp) * capacity
     v_m, dv_m = inverse_force_velocity(multiplier)
+    dv_dp = dv_m * dm_dp
+    room = l_m * cos - table[P_MIN, i]
+    if v_m < 0.0 and room < STOP * table[L_M0, i]:
+        share = room / (STOP * table[L_M0, i])
+        dv_dp = share * dv_dp + v_m / (STOP * table[L_M0, i])
+        v_m, dv_m = share * v_m, share * dv_m
 
     V = table[V_M, i]
     stretch = v - V * v_m / cos
-    drate_dp = -stiffness * V * (dv_m * dm_dp - v_m / cos * dcos_dp) / cos
+    drate_dp = -stiffness * V * (dv_dp - v_m / cos * dcos_dp) / cos
     # d(dF/dl_t)/dF: k_T / l_ts on the exponential, zero on its tangent.
     dstiffness = table[K_T, i] / table[L_TS, i] if f + C3 >= SLACK_TANGENT else 0.0
     dF = (
@@ -116,6 +126,7 @@ def equilibrium_force(table, i, a, l):
 
 @kernel
 def equilibrium_forces(table, a, l):
+    """`equilibrium_force` of all m muscles (m,) [N]."""
     F = np.empty(a.size)
     for i in range(a.size):
         F[i] = equilibrium_force(table, i, a[i], l[i])
@@ -124,6 +135,7 @@ def equilibrium_forces(table, a, l):
 
 @kernel
 def steady_activations(table, F, l):
+    """Activations (m,) whose equilibrium is the force `F`, as far as they are allowed."""
     a = np.empty(F.size)
     for i in range(F.size):
         l_m, cos, _, _, _ = fiber(table, i, F[i], l[i])
@@ -135,6 +147,7 @@ def steady_activations(table, F, l):
 
 @kernel
 def fiber_lengths(table, F, l):
+    """Fibre lengths l_m (m,) [m] at the forces `F` and lengths `l`."""
     l_m = np.empty(F.size)
     for i in range(F.size):
         l_m[i] = fiber(table, i, F[i], l[i])[0]
@@ -149,7 +162,7 @@ def equilibrium(muscles: MuscleSet, activation: ArrayLike, length: ArrayLike) ->
     muscles : MuscleSet
         m muscles.
     activation : (m,) array_like
-        Activations, 0 to 1.
+        Activations between the minimum activation and 1.
     length : (m,) array_like
         Musculotendon lengths [m].
 
@@ -168,6 +181,7 @@ def equilibrium(muscles: MuscleSet, activation: ArrayLike, length: ArrayLike) ->
     array([950.8])
     """
     a, l = as_rows(muscles, activation=activation, length=length)
+    check_range("activation", a, muscles)
     return equilibrium_forces(muscles.table, a, l)
 
 
@@ -185,7 +199,8 @@ def contraction_rate(
     muscles : MuscleSet
         m muscles.
     activation, force, length, lengthening_speed : (m,) array_like
-        a [1], tendon force F [N], musculotendon length l [m] and l' [m/s].
+        a between the minimum activation and 1, tendon force F [N], musculotendon length l [m] and
+        l' [m/s].
 
     Returns
     -------
@@ -199,6 +214,7 @@ def contraction_rate(
         length=length,
         lengthening_speed=lengthening_speed,
     )
+    check_range("activation", a, muscles)
     return np.array([force_rate(muscles.table, i, a[i], F[i], l[i], v[i]) for i in range(a.size)])
 
 
@@ -216,3 +232,12 @@ def as_rows(muscles: MuscleSet, **arrays: ArrayLike) -> list[np.ndarray]:
             )
         rows.append(row)
     return rows
+
+
+def check_range(name: str, values: np.ndarray, muscles: MuscleSet) -> None:
+    """Raise ParameterError for an activation or excitation below the minimum or above 1."""
+    low = muscles.minimum_activation
+    for i in np.flatnonzero((values < low - 1e-12) | (values > 1.0 + 1e-12)):
+        raise ParameterError(
+            f"muscle '{muscles.names[i]}': {name} {values[i]:g} is outside [{low[i]:g}, 1]"
+        )

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from ..errors import ParameterError, WindowError
 from ..kernel import kernel
 from .activation import held, time_constant, trapezoidal
-from .contraction import as_rows, force_rate
+from .contraction import as_rows, check_range, force_rate
 from .parameters import F_0, TAU_A, TAU_D, MuscleSet
 
 MAX_STEPS = 10000  # of one window; at 1e-4 the worst states of the allowed box need some 500
@@ -31,9 +31,10 @@ DEFAULT_TOLERANCE = 1e-4
 # the end of the window meets the tolerance over the whole box of states that
 # tests/muscle/test_window.py draws from.
 SHARE = 0.25
-# Longest step over the window: a longer one may straddle a change that the error estimate, made
-# from the slopes at its ends, does not see (one window in 500 of that box exceeded the tolerance).
-LONGEST = 0.05
+# Longest step [s], a thirtieth of the activation time constant: a longer one may straddle a change
+# that the error estimate, made from the slopes at its ends, does not see (one window in 500 of that
+# box exceeded the tolerance).
+LONGEST = 5e-4
 # Shortest step over the window. Weak fibres under high force have time constants of 1e-9 s, and a
 # kink (the shortest fibre) takes a small part of that.
 SHORTEST = 1e-15
@@ -89,7 +90,7 @@ def integrate(table, i, a_0, F, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps
     for _ in range(4 * MAX_STEPS):
         if chosen:
             rest = h - t
-            h_n = min(h_n, LONGEST * h)
+            h_n = min(h_n, LONGEST)
             if h_n > 0.999 * rest:
                 h_n = rest
             elif h_n > 0.5 * rest:
@@ -237,11 +238,11 @@ def integrate_window(
     muscles : MuscleSet
         m muscles.
     activation, force, excitation : (m,) array_like
-        a and F [N] at the start, and u.
+        a and F [N] at the start, and u; a and u between the minimum activation and 1.
     length, lengthening_speed : pair of (m,) array_like
         l [m] and l' [m/s] at the start and at the end.
     window : float
-        Length of the window [s].
+        Length of the window [s], at most 1.
     tolerance : float
         Allowed error of the force at the end over the maximum isometric force.
 
@@ -257,8 +258,8 @@ def integrate_window(
     WindowError
         A muscle's equations could not be integrated; names it.
     """
-    if not 0.0 < window < np.inf:
-        raise ParameterError(f"window = {window!r} s must be positive")
+    if not 0.0 < window <= 1.0:
+        raise ParameterError(f"window = {window!r} s is outside (0, 1]")
     check_tolerance(tolerance)
     a, F, u, l_0, l_1, v_0, v_1 = as_rows(
         muscles,
@@ -270,6 +271,8 @@ def integrate_window(
         speed_at_start=lengthening_speed[0],
         speed_at_end=lengthening_speed[1],
     )
+    for name, values in (("activation", a), ("excitation", u)):
+        check_range(name, values, muscles)
     m = len(muscles)
     mesh, steps = np.empty((1, m, MAX_STEPS)), np.zeros((1, m), dtype=np.int64)
     end = np.empty((3, 1, m))

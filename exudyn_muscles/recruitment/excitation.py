@@ -31,7 +31,8 @@ def excitations(
     for i in range(a.size):
         close = CONVERGED * table[F_0, i]
         u_low, u_high = table[A_MIN, i], 1.0
-        if wanted[i] <= low[1, i] + close:
+        # The bounds are never below zero: a muscle that is slack either way rests.
+        if wanted[i] <= max(low[1, i], 0.0) + close:
             u[i], end[0, i], end[1, i] = u_low, low[0, i], low[1, i]
             continue
         if wanted[i] >= high[1, i] - close:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
@@ -28,12 +29,21 @@ OSQP = {"eps_abs": 1e-8, "eps_rel": 1e-8, "polishing": True, "max_iter": 20000}
 # A torque left over counts as unmet above this part of the row's length, the torque of all
 # actuators at their normalising forces.
 UNMET = 1e-7
+# Accepted residual where the demand is out of reach: the run goes on with forces that share the
+# nearest torque to 1e-5 of their normalising forces.
+ACCEPTED_GAP = 1e-5
 # Weight of the squared gap against the cost where the demand is out of reach.
 GAP_WEIGHT = 1e8
+# Rounding of the multipliers of that problem over their size, with Hessians of condition 1e8.
+ROUNDING = 1e-12
 
 
 class Solver(Enum):
-    """Which solver is asked first; the other one is the second opinion."""
+    """Which solver is asked first; the other one is the second opinion.
+
+    DAQP is exact to rounding. OSQP's noise of up to 1e-8 costs Newton iterations where Exudyn's
+    tolerances are tighter.
+    """
 
     DAQP = "daqp"
     OSQP = "osqp"
@@ -161,10 +171,13 @@ class Recruiter:
             No solver gave an answer with acceptable residuals.
         """
         problem = self.build(r, Q_m, F_min, F_max, N)
-        answer = self._answer(problem)
-        if answer is None and np.isfinite(problem.A).all() and np.isfinite(problem.b).all():
-            answer = nearest(problem)
-        if answer is None or not answer[1] <= ACCEPTED:
+        if not (np.isfinite(problem.A).all() and np.isfinite(problem.b).all()):
+            raise RecruitmentError(
+                f"the demanded torques {Q_m} or the forces {F_max} N are not finite"
+            )
+        first, second = self._order
+        answer = ask(first, problem) or nearest(problem) or ask(second, problem)
+        if answer is None:
             raise RecruitmentError(
                 f"no recruitment found for the torques {Q_m} between the forces {F_min} and "
                 f"{F_max} N"
@@ -180,67 +193,75 @@ class Recruiter:
         unmet[np.abs(unmet) <= UNMET * np.abs(problem.scale)] = 0.0
         return Recruitment(F, reserve, torque, unmet, residual)
 
-    def _answer(self, problem: ScaledProblem) -> tuple[np.ndarray, float] | None:
-        """x and its KKT residual from the first solver whose answer is accepted."""
-        for solver in self._order:
-            try:
-                if solver is Solver.DAQP:
-                    solution = qpsolvers.solve_problem(problem, solver="daqp")
-                else:
-                    with warnings.catch_warnings():
-                        # What it gives up on is asked of the next one, or is out of reach.
-                        warnings.simplefilter("ignore")
-                        solution = qpsolvers.solve_problem(problem, solver="osqp", **OSQP)
-            except Exception:  # every back end has errors of its own
-                continue
-            if solution.x is None or solution.y is None:
-                continue
-            residual = kkt_residual(
-                solution.x, solution.y, problem.A, problem.b, problem.lb, problem.ub
-            )
-            if residual <= ACCEPTED:
-                return solution.x, residual
+
+def ask(solver: Solver, problem: ScaledProblem) -> tuple[np.ndarray, float] | None:
+    """x and its KKT residual, if the solver has an acceptable answer."""
+    if problem.unreachable:
         return None
+    options = OSQP if solver is Solver.OSQP else {}
+    try:
+        with warnings.catch_warnings() if options else nullcontext():
+            if options:
+                warnings.simplefilter("ignore")  # what it gives up on is judged by its residual
+            solution = qpsolvers.solve_problem(problem, solver=solver.value, **options)
+    except Exception:  # every back end has errors of its own
+        return None
+    if solution.x is None or solution.y is None:
+        return None
+    residual = kkt_residual(solution.x, solution.y, problem.A, problem.b, problem.lb, problem.ub)
+    return (solution.x, residual) if residual <= ACCEPTED else None
 
 
-def nearest(problem: ScaledProblem) -> tuple[np.ndarray, float]:
+def nearest(problem: ScaledProblem) -> tuple[np.ndarray, float] | None:
     """The cheapest x whose torque is nearest to the demand, and its KKT residual.
 
     Nearest in the scaled rows: every coordinate's gap counts relative to what its actuators can do,
     which also compares torques with forces. The gap is weighted so heavily against the cost that a
-    demand within reach is met to 1e-8 of a row.
+    demand within reach is met to 1e-8 of a row. DAQP is asked first, then bounded least squares.
     """
-    A, b = problem.A, problem.b
-    root = np.sqrt(GAP_WEIGHT)
-    # Bounded least squares needs an interior; where there is none the value is known.
-    movable = problem.ub > problem.lb
-    x = problem.lb.copy()
-    if movable.any():
-        left = b - A[:, ~movable] @ x[~movable]
+    A, b, low, high = problem.A, problem.b, problem.lb, problem.ub
+
+    def judged(x: np.ndarray) -> tuple[np.ndarray, float]:
+        y = GAP_WEIGHT * (A @ x - b)
+        residual = kkt_residual(x, y, A, A @ x, low, high)
+        # y is the larger the larger the gap; its rounding is then all that can be asked for.
+        return x, residual / max(1.0, ROUNDING / ACCEPTED * np.abs(y).max())
+
+    penalty = problem.P / GAP_WEIGHT + A.T @ A
+    x = qpsolvers.solve_qp(penalty, -A.T @ b, lb=low, ub=high, solver="daqp")
+    answer = None if x is None else judged(np.clip(x, low, high))
+    if answer is None or not answer[1] <= ACCEPTED:
+        # Bounded least squares needs an interior; where there is none the value is known.
+        movable = high > low
+        x = low.copy()
         size = int(movable.sum())
-        x[movable] = lsq_linear(
-            np.vstack([root * A[:, movable], np.eye(size)]),
-            np.concatenate([root * left, np.zeros(size)]),
-            (problem.lb[movable], problem.ub[movable]),
-            method="bvls",
-            tol=1e-15,
-            max_iter=100 * size,
-        ).x
-    y = GAP_WEIGHT * (A @ x - b)
-    residual = kkt_residual(x, y, A, A @ x, problem.lb, problem.ub)
-    # A large gap makes y large; its rounding, 1e-13 of it, is then all that can be asked for.
-    return x, residual / max(1.0, 1e-13 / ACCEPTED * np.abs(y).max())
+        if size:
+            root = np.sqrt(GAP_WEIGHT)
+            left = b - A[:, ~movable] @ x[~movable]
+            x[movable] = lsq_linear(
+                np.vstack([root * A[:, movable], np.eye(size)]),
+                np.concatenate([root * left, np.zeros(size)]),
+                (low[movable], high[movable]),
+                method="bvls",
+                tol=1e-15,
+                max_iter=100 * size,
+            ).x
+        answer = judged(x)
+    return answer if answer[1] <= ACCEPTED_GAP else None
 
 
 class ScaledProblem(qpsolvers.Problem):
     """min x^2/2 subject to A x = b and bounds, with the rows of A scaled to length one.
 
-    `scale` (n,) are the rows' lengths before.
+    `scale` (n,) are the rows' lengths before; `unreachable` tells that a coordinate without any
+    actuator is asked for a torque.
     """
 
     def __init__(self, A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
         self.scale = np.sqrt((A * A).sum(axis=1))
-        self.scale[self.scale == 0.0] = 1.0
+        idle = self.scale == 0.0
+        self.scale[idle] = 1.0
+        self.unreachable = bool((b[idle] != 0.0).any())
         super().__init__(
             np.eye(low.size),
             np.zeros(low.size),

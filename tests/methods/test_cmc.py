@@ -6,7 +6,7 @@ import pytest
 import exudyn_muscles as em
 from models import pendulum, planar_arm
 
-from ..runs import KP, rms_deg
+from ..runs import KP, plugin_run, rms_deg, settings, start_at
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +86,23 @@ def test_the_motion_ends_with_its_last_whole_window(model):
     )
     assert result.time[-1] == pytest.approx(0.03)
     assert result.status is em.Status.COMPLETE
+
+
+@pytest.mark.parametrize("step", [0.003, 0.004, 0.02])
+def test_steps_that_do_not_divide_the_window_are_refused(step):
+    with pytest.raises(em.ParameterError, match="must be a whole number of steps"):
+        em.CMC(step=step)
+
+
+def test_in_a_users_run_windows_follow_the_steps_and_can_be_replayed(model):
+    motion = pendulum.motion()
+    start_at(model, motion)
+    plugin = em.CMCPlugin(model, motion, em.CMC(kp=KP))
+    result = plugin_run(model, plugin, settings(0.003, 0.3))
+    assert np.allclose(np.diff(result.window_time)[:-1], 0.012)
+    assert result.window_time[-1] == result.time[-1]
+    replay = em.forward_dynamics(model, result.excitations, settings=em.Forward(step=0.003))
+    assert np.abs(replay.coordinates - result.coordinates).max() < 1e-8
 
 
 @pytest.mark.parametrize("name", ["window", "step"])

@@ -106,6 +106,15 @@ def test_css_outside_its_limit_warns_with_the_limit(model, motion):
         run(model, motion, kp=1000.0, scheme=SIMPLIFIED)
 
 
+def test_velocity_feedback_alone_can_be_unstable_too(model):
+    still = em.Motion.from_waypoints([0.0, 0.02], [np.pi, np.pi])
+    with pytest.warns(em.StabilityWarning, match="kp = 0, kv = 1000"):
+        run(model, still, kp=0.0, kv=1000.0, scheme=SIMPLIFIED)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        run(model, still, kp=0.0, kv=10.0, scheme=SIMPLIFIED)
+
+
 def test_growth_at_known_gains():
     assert css_growth(2500.0, 100.0, 0.01, CONSTANT) > 1.0
     assert css_growth(1000.0, 2 * 1000**0.5, 0.01, EXTRAPOLATED) > 1.0
@@ -158,6 +167,16 @@ def test_out_of_reach_can_be_an_error(model):
     with pytest.raises(em.UnmetTorqueError, match=r"t = 0\.\d+ s, short by {'theta'") as caught:
         run(model, violent, raise_on_unmet_torque=True)
     assert caught.value.trajectory.max_unmet_torque == 0.0
+
+
+def test_only_accepted_steps_count_as_out_of_reach(model):
+    """Exudyn's predictor asks for more than the step: the literal scheme meets that only there."""
+    motion = em.Motion.from_waypoints(
+        np.array([0, 1 / 3, 2 / 3, 1]) * 0.8, np.radians([180.0, 120.0, 240.0, 180.0])
+    )
+    result = run(model, motion, first_iterate=em.FirstIterate.RECRUIT, raise_on_unmet_torque=True)
+    assert result.status is em.Status.COMPLETE
+    assert result.max_unmet_torque == 0.0
 
 
 def test_a_reserve_takes_over_where_the_muscles_end():

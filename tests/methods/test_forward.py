@@ -141,3 +141,21 @@ def test_excitations_below_the_minimum_activation_count_as_the_minimum():
 def test_bad_excitations_are_named(time, values, message):
     with pytest.raises(em.ParameterError, match=message):
         em.forward_dynamics(pendulum.build(), em.Excitations(time, values))
+
+
+@pytest.mark.parametrize(
+    ("index", "value", "message"),
+    [
+        (0, [np.pi, 0.0], "initial q must be 1 finite values"),
+        (1, [np.nan], "initial q' must be"),
+        (2, [0.5, 5.0], r"'right': initial activation 5 is outside \[0\.01, 1\]"),
+        (2, [0.0, 0.5], "'left': initial activation 0 is outside"),
+        (3, [100.0], "initial F must be 2 finite values"),
+    ],
+)
+def test_a_bad_start_is_named(index, value, message):
+    start = [np.array([np.pi]), np.zeros(1), np.full(2, 0.3), np.full(2, 900.0)]
+    start[index] = np.array(value)
+    excitations = em.Excitations([0.0, 0.1], [[0.3, 0.3]], initial=tuple(start))
+    with pytest.raises(em.ParameterError, match=message):
+        em.forward_dynamics(pendulum.build(), excitations)

@@ -64,6 +64,11 @@ def shortest(muscle):
     return math.sqrt(fiber**2 - width(muscle) ** 2)
 
 
+def stop(muscle):
+    """Range of the projection over which the fibre stops."""
+    return 0.01 * muscle.optimal_fiber_length
+
+
 def length(muscle, F, fiber):
     """Musculotendon length [m] of a unit with the tension `F` and the fibre length `fiber`."""
     p = math.sqrt(max(fiber**2 - width(muscle) ** 2, shortest(muscle) ** 2))
@@ -84,7 +89,9 @@ def rate(muscle, a, F, l, v):
     x, cos, active_force = load(muscle, F, l)
     v_m = velocity(active_force / (a * active(x)))
     v_m *= muscle.max_contraction_velocity * muscle.optimal_fiber_length
-    _, compliance = tendon(muscle, F / muscle.max_isometric_force)
+    taut, compliance = tendon(muscle, F / muscle.max_isometric_force)
+    if v_m < 0.0:  # shortening dies out over the last hundredth of the optimal length
+        v_m *= min(max((l - taut - shortest(muscle)) / stop(muscle), 0.0), 1.0)
     return muscle.max_isometric_force * (v - v_m / cos) / compliance
 
 

@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import exudyn_muscles as em
-from exudyn_muscles.muscle.contraction import as_rows, fiber_lengths, steady_activations
+from exudyn_muscles.muscle.contraction import as_rows, fiber_lengths, force_rate, steady_activations
 
 from ..differences import difference
 from . import hill
@@ -83,18 +83,24 @@ def test_partial_derivatives(state):
     # Differences must not reach over a kink: the shortest fibre or an end of the curve's tangent.
     reach = 2.0 * steps[1] / F0 * hill.tendon(muscle, F / F0)[1] + 2.0 * steps[2]
     assume(abs(p - hill.shortest(muscle)) > 1.1 * reach)
+    assume(abs(p - hill.shortest(muscle) - hill.stop(muscle)) > 1.1 * reach)
+    assume(
+        abs(active_force / capacity - 1.0) > 0.01 or p > hill.shortest(muscle) + hill.stop(muscle)
+    )
     for end in (-2.0, 2.0):
         assume(abs(active_force / capacity - hill.multiplier(end)) > 0.05)
 
     value, *partials = rate(*state)
     arguments = np.array([a, F, l, v])
+    table = em.MuscleSet([muscle]).table
     rounding = 3e-16 * terms(muscle, F, l, value, np.array(partials), a, v)
     for k, partial in enumerate(partials):
 
         def along(s, k=k):
             shifted = arguments.copy()
             shifted[k] = s
-            return rate(muscle, *shifted)[0]
+            # Differences reach beyond the activations that the public function takes.
+            return force_rate(table, 0, *shifted)[0]
 
         expected = difference(along, arguments[k], steps[k])
         assert partial == pytest.approx(expected, rel=1e-6, abs=4.0 * rounding / steps[k]), k
@@ -131,11 +137,20 @@ def test_equilibrium_is_a_zero_of_the_rate(muscle, a, stretch):
     F0 = muscle.max_isometric_force
     l = hill.length(muscle, 0.0, stretch * muscle.optimal_fiber_length)
     F = em.equilibrium(muscles, [a], [l])[0]
-    # On the shortest fibre the tendon may be slack: no balance to test.
-    assume(l - hill.tendon(muscle, F / F0)[0] > 1.001 * hill.shortest(muscle))
     value, _, dF, dl, _ = rate(muscle, a, F, l, 0.0)
     # Rounding of F and l, some 1e-16 of them, is what the bisection leaves.
     assert abs(value) <= 1e-12 * (abs(dF) * F0 + abs(dl) * l)
+
+
+@given(muscle=units(), a=st.floats(0.01, 1.0), short=st.floats(0.0, 0.08))
+def test_a_path_too_short_to_be_taut_leaves_the_tendon_slack(muscle, a, short):
+    """The equilibrium is the steady state of the window integration there, too, and below zero."""
+    muscles = em.MuscleSet([muscle])
+    l = hill.shortest(muscle) + (1.0 - short) * muscle.tendon_slack_length
+    F = em.equilibrium(muscles, [a], [l])
+    assert F[0] <= 1e-9
+    end = em.integrate_window(muscles, [a], F, [a], ([l], [l]), ([0.0], [0.0]), 0.1)
+    assert end.force[0] == pytest.approx(F[0], abs=1e-4 * muscle.max_isometric_force)
 
 
 @given(muscle=units(), a=st.floats(0.02, 0.98), stretch=st.floats(0.5, 1.3))

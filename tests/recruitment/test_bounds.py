@@ -219,3 +219,22 @@ def test_steady_state_of_forces_out_of_reach(window):
     a, F = steady_state(window.muscles, 0.5 * low, window.l)
     np.testing.assert_array_equal(a, np.full(low.size, 0.01))
     np.testing.assert_allclose(F, low)
+
+
+def test_a_muscle_that_is_slack_either_way_rests():
+    """Shortened faster than any activation can take up, F_opt = 0 is no reason to excite."""
+    muscle = em.Muscle(
+        "unit", max_isometric_force=1000.0, optimal_fiber_length=0.1, tendon_slack_length=0.2
+    )
+    muscles = em.MuscleSet([muscle])
+    rested = 0
+    for speed in np.linspace(-0.5, -3.0, 26):
+        l, v, a = np.array([0.3]), np.array([speed]), np.array([0.3])
+        F = em.equilibrium(muscles, a, l)
+        window = ReachableForces(muscles, 1e-4)
+        window.open(a, F, l, v, 0.01)
+        low, high = window.bounds(l + 0.01 * v, v)
+        u, _, end = window.excite(low)
+        assert u[0] == 0.01
+        rested += high[0] == 0.0 and end[0] < 0.0
+    assert rested > 0, "no speed left the tendon slack at both bounds"

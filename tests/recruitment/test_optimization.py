@@ -296,7 +296,7 @@ def test_no_solver_at_all(monkeypatch):
 def test_a_demand_that_is_not_finite(bad):
     case = random_case(1, 4, 2)
     case.Q_m = np.array([1.0, bad])
-    with pytest.raises(em.RecruitmentError, match="no recruitment found"):
+    with pytest.raises(em.RecruitmentError, match="not finite"):
         case.solve()
 
 

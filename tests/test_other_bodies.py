@@ -1,0 +1,95 @@
+"""Bodies outside the skeleton: part of Q, and where they are matters."""
+
+import numpy as np
+import pytest
+from exudyn.utilities import (
+    MarkerBodyPosition,
+    MarkerKinematicTreeRigid,
+    ObjectConnectorSpringDamper,
+)
+
+import exudyn_muscles as em
+from models import pendulum
+
+from .runs import KP, plugin_run, rms_deg, settings, start_at
+
+
+def with_a_mass_on_a_spring(stiffness=500.0, damping=20.0):
+    """The pendulum with a mass of 1 kg hanging on its tip by a spring and damper."""
+    built = pendulum.build()
+    mbs = built.mbs
+    body = mbs.CreateMassPoint(referencePosition=[0.0, 0.2, 0.0], mass=1.0)
+    tip = mbs.AddMarker(
+        MarkerKinematicTreeRigid(objectNumber=0, linkNumber=0, localPosition=[0.0, -0.5, 0.0])
+    )
+    mass = mbs.AddMarker(MarkerBodyPosition(bodyNumber=body))
+    mbs.AddObject(
+        ObjectConnectorSpringDamper(
+            markerNumbers=[tip, mass], referenceLength=0.3, stiffness=stiffness, damping=damping
+        )
+    )
+    mbs.Assemble()
+    strong = [
+        em.Muscle(
+            muscle.name,
+            max_isometric_force=30000.0,
+            optimal_fiber_length=0.15,
+            tendon_slack_length=0.16,
+            path=muscle.path,
+        )
+        for muscle in built.muscles
+    ]
+    model = em.MusculoskeletalModel(mbs, 0, strong, coordinates=["theta"])
+    start_at(model, pendulum.motion())
+    return model
+
+
+def run(scheme, step, **spring):
+    model, motion = with_a_mass_on_a_spring(**spring), pendulum.motion()
+    plugin = em.CosimulationPlugin(model, motion, em.Cosimulation(kp=KP, scheme=scheme))
+    s = settings(step)
+    s.timeIntegration.newton.useModifiedNewton = False
+    return plugin_run(model, plugin, s)
+
+
+@pytest.mark.parametrize("scheme", list(em.Scheme))
+def test_co_simulation_stays_second_order(scheme):
+    steps = [0.005, 0.0025, 0.00125]
+    results = [run(scheme, step) for step in steps]
+    errors = [rms_deg(result)[0] for result in results]
+    assert np.polyfit(np.log(steps), np.log(errors), 1)[0] > 1.8
+    assert all(result.max_unmet_torque == 0.0 for result in results)
+
+
+def test_csf_needs_few_iterations_with_a_stiff_spring():
+    result = run(em.Scheme.FULL, 0.01, stiffness=5000.0)
+    assert rms_deg(result)[0] < 0.03
+    assert result.counts.newton_iterations < 4 * 100
+
+
+def test_cmc_predicts_the_other_bodies():
+    model, motion = with_a_mass_on_a_spring(), pendulum.motion()
+    cmc = em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP))
+    csf = run(em.Scheme.FULL, 0.01)
+    assert rms_deg(cmc)[0] < 1.0
+    difference = np.abs(cmc.torques_demanded - csf.torques_demanded).max()
+    assert difference < 0.1 * np.abs(csf.torques_demanded).max()
+
+
+def test_static_optimization_says_that_it_holds_them():
+    model = with_a_mass_on_a_spring()
+    with pytest.warns(em.FrozenBodiesWarning, match="holds the 3 coordinates"):
+        em.static_optimization(model, em.Motion.from_waypoints([0.0, 0.02], [np.pi, np.pi]))
+
+
+def test_forward_dynamics_knows_their_part_of_the_newton_matrix():
+    model = with_a_mass_on_a_spring(stiffness=5e6, damping=0.0)
+    given = em.Excitations([0.0, 0.1], [[0.3, 0.2]])
+    result = plugin_run(model, em.ForwardPlugin(model, given), full_newton(0.001, 0.1))
+    assert result.counts.newton_iterations <= 3 * 100
+
+
+def full_newton(step, end):
+    s = settings(step, end)
+    s.timeIntegration.newton.useModifiedNewton = False
+    return s
