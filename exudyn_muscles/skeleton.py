@@ -9,8 +9,7 @@ Coordinates are Exudyn's: without the reference coordinates of the node.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 
 import exudyn as exu
 import numpy as np
@@ -198,10 +197,13 @@ class Skeleton:
         Other bodies of the system stay where they are. The system's state and time are as before
         afterwards, to the last bit.
         """
-        with self.preserved():
+        before = self.snapshot()
+        try:
             self.q[:], self.v[:] = q, v
             self.mbs.systemData.SetTime(t)
             return self.dynamics()
+        finally:
+            self.restore(before)
 
     def dynamics_ahead(
         self, q: np.ndarray, v: np.ndarray, t: float
@@ -210,7 +212,8 @@ class Skeleton:
 
         They go on with constant acceleration, which is of second order.
         """
-        with self.preserved():
+        before = self.snapshot()
+        try:
             h = t - self.mbs.systemData.GetTime(exu.ConfigurationType.StartOfStep)
             q_0, v_0, a_0 = self._at_start
             self._current[0][:] = q_0 + h * v_0 + 0.5 * h * h * a_0
@@ -218,13 +221,6 @@ class Skeleton:
             self.q[:], self.v[:] = q, v
             self.mbs.systemData.SetTime(t)
             return self.dynamics()
-
-    @contextmanager
-    def preserved(self) -> Iterator[None]:
-        """Put the system's current coordinates, speeds, accelerations and time back afterwards."""
-        before = self.snapshot()
-        try:
-            yield
         finally:
             self.restore(before)
 

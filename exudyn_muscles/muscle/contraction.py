@@ -50,9 +50,9 @@ BISECTIONS = 60  # halves the bracket to the last bit
 
 @kernel
 def fiber(table, i, F, l):
-    """Fibre length l_m, cos(alpha), dp/dF, dp/dl and dF/dl_t at tension `F` and length `l`.
+    """Projection p, fibre length l_m, dp/dF, dp/dl and dF/dl_t at tension `F` and length `l`.
 
-    Below the shortest fibre the projection p is held and its derivatives are zero.
+    Below the shortest fibre p is held and its derivatives are zero.
     """
     x_t, slope = tendon_length(F / table[F_0, i], table[K_T, i])
     p = l - table[L_TS, i] * x_t
@@ -64,7 +64,7 @@ def fiber(table, i, F, l):
         dp_dF = 0.0
         dp_dl = 0.0
     l_m = math.sqrt(p * p + table[WIDTH, i] * table[WIDTH, i])
-    return l_m, p / l_m, dp_dF, dp_dl, stiffness
+    return p, l_m, dp_dF, dp_dl, stiffness
 
 
 @kernel
@@ -72,7 +72,8 @@ def force_rate(table, i, a, F, l, v):
     """f_F [N/s] and its derivatives with respect to a, F, l and l' at length `l`, velocity `v`."""
     F0 = table[F_0, i]
     f = F / F0
-    l_m, cos, dp_dF, dp_dl, stiffness = fiber(table, i, F, l)
+    p, l_m, dp_dF, dp_dl, stiffness = fiber(table, i, F, l)
+    cos = p / l_m
     dcos_dp = table[WIDTH, i] * table[WIDTH, i] / (l_m * l_m * l_m)
     dx_dp = cos / table[L_M0, i]
     f_l, df_l = active_force_length(l_m / table[L_M0, i])
@@ -83,7 +84,7 @@ def force_rate(table, i, a, F, l, v):
     dm_dp = (-f / (cos * cos) * dcos_dp - df_PE * dx_dp - multiplier * a * df_l * dx_dp) * capacity
     v_m, dv_m = inverse_force_velocity(multiplier)
     dv_dp = dv_m * dm_dp
-    room = l_m * cos - table[P_MIN, i]
+    room = p - table[P_MIN, i]
     if v_m < 0.0 and room < STOP * table[L_M0, i]:
         share = room / (STOP * table[L_M0, i])
         dv_dp = share * dv_dp + v_m / (STOP * table[L_M0, i])
@@ -138,9 +139,9 @@ def steady_activations(table, F, l):
     """Activations (m,) whose equilibrium is the force `F`, as far as they are allowed."""
     a = np.empty(F.size)
     for i in range(F.size):
-        l_m, cos, _, _, _ = fiber(table, i, F[i], l[i])
+        p, l_m, _, _, _ = fiber(table, i, F[i], l[i])
         x = l_m / table[L_M0, i]
-        active = F[i] / table[F_0, i] / cos - passive_force_length(x)[0]
+        active = F[i] / table[F_0, i] * l_m / p - passive_force_length(x)[0]
         a[i] = min(max(active / active_force_length(x)[0], table[A_MIN, i]), 1.0)
     return a
 
@@ -150,7 +151,7 @@ def fiber_lengths(table, F, l):
     """Fibre lengths l_m (m,) [m] at the forces `F` and lengths `l`."""
     l_m = np.empty(F.size)
     for i in range(F.size):
-        l_m[i] = fiber(table, i, F[i], l[i])[0]
+        l_m[i] = fiber(table, i, F[i], l[i])[1]
     return l_m
 
 
