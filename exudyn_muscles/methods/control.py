@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import number_within
 from ..errors import ParameterError
 from ..motion import Motion
 from ..muscle.window import DEFAULT_TOLERANCE, check_tolerance
@@ -44,6 +45,8 @@ class RecruitmentSettings:
         check_tolerance(self.window_tolerance)
         if not isinstance(self.solver, Solver):
             raise ParameterError(f"solver = {self.solver!r} is not one of {list(Solver)}")
+        if not callable(self.normalizer):
+            raise ParameterError(f"normalizer = {self.normalizer!r} is not a function")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,22 +66,19 @@ class TrackingSettings(RecruitmentSettings):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name, value in (("kp", self.kp), ("kv", self.velocity_gain)):
-            if not 0.0 <= value < math.inf:
-                raise ParameterError(f"{name} = {value!r} is outside [0, inf)")
+        number_within("kp", self.kp, 0.0, math.inf, "1/s^2")
+        if self.kv is not None:
+            number_within("kv", self.kv, 0.0, math.inf, "1/s")
 
     @property
     def velocity_gain(self) -> float:
         """k_v [1/s]."""
-        if self.kv is None:
-            return 2.0 * math.sqrt(self.kp) if self.kp >= 0.0 else math.nan
-        return self.kv
+        return 2.0 * math.sqrt(self.kp) if self.kv is None else self.kv
 
 
 def check_step(name: str, value: float) -> None:
     """Raise ParameterError unless a time step or window is positive and at most 1 s."""
-    if not 1e-6 <= value <= 1.0:
-        raise ParameterError(f"{name} = {value!r} s is outside [1e-6, 1]")
+    number_within(name, value, 1e-6, 1.0, "s")
 
 
 class Tracking:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..compilation import announce_compilation
-from ..errors import UnmetTorqueError
+from ..errors import ParameterError, UnmetTorqueError
 from ..model import MusculoskeletalModel
 from ..path.geometry import Geometry
 from ..recruitment.bounds import Excitation, ReachableForces, steady_bounds, steady_state
@@ -88,7 +88,12 @@ class MuscleOptimization:
     def _optimize(
         self, r: np.ndarray, Q_m: np.ndarray, low: np.ndarray, high: np.ndarray
     ) -> Recruitment:
-        N = self._settings.normalizer(self._model.muscles, high)
+        N = np.asarray(self._settings.normalizer(self._model.muscles, high), dtype=float)
+        if N.shape != high.shape or not (N > 0.0).all() or not np.isfinite(N).all():
+            raise ParameterError(
+                f"normalizer: {self._settings.normalizer!r} must return {high.size} positive "
+                f"forces, got {N}"
+            )
         self._counts.recruitments += 1
         return self._recruiter.solve(r, Q_m, low, high, N)
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..checks import number_within
 from ..errors import ParameterError
 from .curves import tendon_stiffness
 
@@ -95,16 +96,8 @@ class Muscle:
         if not isinstance(self.name, str) or not self.name:
             raise ParameterError(f"a muscle's name is a non-empty string, got {self.name!r}")
         for parameter, (low, high, unit) in RANGES.items():
-            value = getattr(self, parameter)
-            try:
-                number = float(value)
-            except (TypeError, ValueError):
-                number = math.nan
-            if not low <= number <= high:
-                raise ParameterError(
-                    f"muscle '{self.name}': {parameter} = {value!r} is outside "
-                    f"[{low:g}, {high:g}] {unit}"
-                )
+            name = f"muscle '{self.name}': {parameter}"
+            number = number_within(name, getattr(self, parameter), low, high, unit)
             object.__setattr__(self, parameter, number)
         if self.pennation_angle_at_optimal > self.maximum_pennation_angle:
             raise ParameterError(

@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import ParameterError, WindowError
+from ..checks import number_within
+from ..errors import WindowError
 from ..kernel import kernel
 from .activation import held, time_constant, trapezoidal
 from .contraction import as_rows, check_range, force_rate
@@ -258,8 +259,7 @@ def integrate_window(
     WindowError
         A muscle's equations could not be integrated; names it.
     """
-    if not 0.0 < window <= 1.0:
-        raise ParameterError(f"window = {window!r} s is outside (0, 1]")
+    number_within("window", window, 1e-9, 1.0, "s")
     check_tolerance(tolerance)
     a, F, u, l_0, l_1, v_0, v_1 = as_rows(
         muscles,
@@ -285,8 +285,7 @@ def integrate_window(
 
 def check_tolerance(tolerance: float) -> None:
     """Raise ParameterError for a window tolerance outside [1e-6, 1e-2]."""
-    if not 1e-6 <= tolerance <= 1e-2:
-        raise ParameterError(f"tolerance = {tolerance!r} is outside [1e-6, 0.01]")
+    number_within("tolerance", tolerance, 1e-6, 1e-2)
 
 
 def check_window(

@@ -20,6 +20,7 @@ import numpy as np
 import qpsolvers
 from scipy.optimize import lsq_linear
 
+from ..checks import number_within
 from ..errors import ParameterError, RecruitmentError
 from ..kernel import kernel
 
@@ -74,15 +75,15 @@ class Reserve:
     max_control: float = np.inf
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.optimal_force < np.inf:
+        name = f"reserve on '{self.coordinate}':"
+        number_within(f"{name} optimal_force", self.optimal_force, 1e-9, 1e9)
+        try:
+            enclosed = self.min_control <= 0.0 <= self.max_control
+        except TypeError:
+            enclosed = False
+        if not enclosed:
             raise ParameterError(
-                f"reserve on '{self.coordinate}': optimal_force = {self.optimal_force!r} "
-                "must be positive"
-            )
-        if not self.min_control <= 0.0 <= self.max_control:
-            raise ParameterError(
-                f"reserve on '{self.coordinate}': controls [{self.min_control!r}, "
-                f"{self.max_control!r}] must enclose 0"
+                f"{name} controls [{self.min_control!r}, {self.max_control!r}] must enclose 0"
             )
 
 

@@ -208,7 +208,7 @@ def test_a_reserve_takes_over_where_the_muscles_end():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"kp": -1.0}, "kp = -1.0 is outside"),
+        ({"kp": -1.0}, "kp = -1.0 1/s.2 is outside"),
         ({"kp": np.nan}, "kp = nan"),
         ({"kv": -2.0}, "kv = -2.0"),
         ({"step": 0.0}, "step = 0.0 s is outside"),

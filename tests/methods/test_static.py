@@ -101,3 +101,18 @@ def test_a_tendon_too_long_for_the_motion_is_named():
         em.static_optimization(model, pendulum.motion())
     with pytest.raises(em.ParameterError, match="'long'"):
         em.cosimulate(model, pendulum.motion(), settings=em.Cosimulation(kp=KP))
+
+
+@pytest.mark.parametrize("forces", [np.zeros(2), np.ones(3), np.array([1.0, np.nan])])
+def test_a_normalizer_that_does_not_fit_is_named(forces):
+    settings = em.RecruitmentSettings(normalizer=lambda muscles, F_max: forces)
+    with pytest.raises(em.ParameterError, match=r"normalizer: .* must return 2 positive forces"):
+        em.static_optimization(pendulum.build(), pendulum.motion(), settings=settings)
+
+
+@pytest.mark.parametrize(
+    "options", [{"window_tolerance": "a"}, {"normalizer": 3}, {"solver": "daqp"}]
+)
+def test_bad_settings_are_named(options):
+    with pytest.raises(em.ParameterError):
+        em.RecruitmentSettings(**options)

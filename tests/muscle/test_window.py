@@ -355,7 +355,7 @@ GOOD = {
         ("window", -0.01, "window = -0.01 s"),
         ("window", np.nan, "window = nan s"),
         ("window", np.inf, "window = inf s"),
-        ("tolerance", 0.0, r"tolerance = 0.0 is outside \[1e-6, 0.01\]"),
+        ("tolerance", 0.0, r"tolerance = 0.0 is outside \[1e-06, 0.01\]"),
         ("tolerance", 0.1, "tolerance = 0.1 is outside"),
         ("tolerance", np.nan, "tolerance = nan is outside"),
     ],
