@@ -437,7 +437,7 @@ def test_reserve_on_a_coordinate_without_muscles():
 
 @pytest.mark.parametrize("force", [0.0, -1.0, np.nan, np.inf])
 def test_bad_optimal_force(force):
-    with pytest.raises(em.ParameterError, match="reserve on 'hip': optimal_force = .* is outside"):
+    with pytest.raises(em.ParameterError, match=r"reserve on 'hip': optimal_force = .* is outside"):
         em.Reserve("hip", force)
 
 
