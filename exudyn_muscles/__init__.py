@@ -17,6 +17,7 @@ from .errors import (
     ResultFileError,
     SimulationError,
     StabilityWarning,
+    StartWarning,
     UnmetTorqueError,
     UnmetTorqueWarning,
     WindowError,
@@ -32,7 +33,7 @@ from .methods.cosimulation import (
     cosimulate,
 )
 from .methods.forward import Forward, ForwardPlugin, forward_dynamics
-from .methods.static import static_optimization
+from .methods.static import Static, static_optimization
 from .model import MusculoskeletalModel
 from .motion import Motion
 from .muscle.contraction import contraction_rate, equilibrium
@@ -82,6 +83,8 @@ __all__ = [
     "SimulationError",
     "Solver",
     "StabilityWarning",
+    "StartWarning",
+    "Static",
     "Status",
     "Trajectory",
     "UnmetTorqueError",

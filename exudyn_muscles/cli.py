@@ -314,7 +314,11 @@ def _figures_of_merit(
 
 
 def _excitation_difference(one: Trajectory, other: Trajectory) -> float:
-    return float(abs(one.excitation_values - other.excitation_values).max())
+    """Largest difference in the middle of the windows of `other`."""
+    times = 0.5 * (other.window_time[1:] + other.window_time[:-1])
+    first, second = one.excitations, other.excitations
+    gaps = [abs(first.values[first.window(t)] - second.values[second.window(t)]) for t in times]
+    return float(max(gap.max() for gap in gaps))
 
 
 def _rotates(model: MusculoskeletalModel) -> Any:

@@ -30,6 +30,7 @@ from .errors import (
     MotionError,
     ParameterError,
     SimulationError,
+    StartWarning,
     UnmetTorqueWarning,
     warn,
 )
@@ -37,6 +38,9 @@ from .model import MusculoskeletalModel
 from .motion import Motion
 from .result import Counts, Recorder, Status, Trajectory
 from .skeleton import Skeleton
+
+# Tracking error at the start [rad or m] above which a user is told.
+FAR_AWAY = 0.02
 
 Progress = Callable[[float], None]
 
@@ -216,9 +220,13 @@ class Plugin(ABC):
         if abs(self.step - before) > 1e-6 * self.step:
             # Modified Newton would go on with the matrix of the other step size; with ten
             # iterations a step instead of one, Exudyn never enlarges a reduced step again.
-            self._solver().conv.jacobianUpdateRequested = True
+            self.request_jacobian()
         self.open_step(t_0, t)
         return True
+
+    def request_jacobian(self) -> None:
+        """Have Exudyn's modified Newton build a new matrix in this step."""
+        self._solver().conv.jacobianUpdateRequested = True
 
     def pre_newton(self, mbs: exu.MainSystem, t: float, iteration: int, _: int) -> None:
         """Set the torque that belongs to the iterate."""
@@ -288,13 +296,21 @@ class Plugin(ABC):
         if abs(t - self.start_time) > 1e-9:
             raise ParameterError(
                 f"timeIntegration.startTime = {t:g} s, but the plugin's muscles start at "
-                f"{self.start_time:g} s"
+                f"{self.start_time:g} s; give the plugin the start of the run with start="
             )
         if iteration.endTime > self.end_time + 1e-9:
             raise MotionError(
                 f"timeIntegration.endTime = {iteration.endTime:g} s is beyond the end at "
                 f"{self.end_time:g} s"
             )
+        if self.motion is not None:
+            away = self.motion(t)[0] - self.skeleton.q
+            if np.abs(away).max() > FAR_AWAY:
+                warn(
+                    f"the run starts away from the motion, with tracking errors {away} at t = {t:g}"
+                    " s; set the initial coordinates of the mbs",
+                    StartWarning,
+                )
         self.ready((iteration.endTime - iteration.startTime) / iteration.numberOfSteps)
         # Exudyn's own q'' at the start, which the trapezoidal rule never forgets.
         M, bias = self.skeleton.dynamics()
@@ -303,8 +319,8 @@ class Plugin(ABC):
         lack = np.abs(M @ a + bias - torque).max()
         if lack > 1e-6 * (np.abs(torque).max() + np.abs(bias).max()) + 1e-9:
             raise ParameterError(
-                "the initial accelerations do not balance the initial torques; set "
-                "timeIntegration.generalizedAlpha.computeInitialAccelerations = True"
+                "the initial accelerations do not balance the initial torques; use an implicit "
+                "solver with timeIntegration.generalizedAlpha.computeInitialAccelerations = True"
             )
 
     def _solver(self) -> exu.MainSolverImplicitSecondOrder:

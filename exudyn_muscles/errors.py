@@ -75,6 +75,10 @@ class IncompleteRunWarning(ExudynMusclesWarning):
     """Exudyn returned before the end time without raising an exception."""
 
 
+class StartWarning(ExudynMusclesWarning):
+    """A run starts away from the motion that it is to track."""
+
+
 class FrozenBodiesWarning(ExudynMusclesWarning):
     """Static optimization cannot move the bodies outside the skeleton."""
 

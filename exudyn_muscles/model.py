@@ -8,12 +8,15 @@ import exudyn as exu
 import numpy as np
 
 from .compilation import announce_compilation
-from .errors import ParameterError, PathWarning, warn
+from .errors import ModelError, ParameterError, PathWarning, warn
 from .muscle.parameters import Muscle, MuscleSet
 from .path.geometry import Geometry, compile_geometry, path_geometry
 from .path.points import collect_paths
 from .recruitment.optimization import Reserve, reserve_columns
 from .skeleton import Skeleton
+
+# With a stiff tendon a fibre of 2.5 optimal lengths would bear 400 times its isometric force.
+LONGEST_FIBER = 2.5
 
 
 class MusculoskeletalModel:
@@ -68,6 +71,12 @@ class MusculoskeletalModel:
         reserves: Sequence[Reserve] = (),
     ) -> None:
         announce_compilation(path_geometry)
+        if not isinstance(mbs, exu.MainSystem):
+            raise ModelError(f"mbs must be an exudyn.MainSystem, got {type(mbs).__name__}")
+        muscles, reserves = (
+            _listed("muscles", muscles, Muscle),
+            _listed("reserves", reserves, Reserve),
+        )
         self.skeleton = Skeleton(mbs, tree, coordinates)
         self.muscles = MuscleSet(muscles)
         self.paths = collect_paths(self.muscles, len(self.skeleton))
@@ -98,16 +107,54 @@ class MusculoskeletalModel:
             torque += self.reserve_columns @ reserve
         return torque
 
-    def check_tendons(self, q: np.ndarray) -> None:
-        """Raise ParameterError for a muscle whose tendon is slack at all coordinates `q` (k, n)."""
+    def check_lengths(self, q: np.ndarray) -> None:
+        """Check that the muscles fit their paths at the coordinates `q` (k, n) of a motion.
+
+        Raises
+        ------
+        ParameterError
+            A tendon is slack throughout, or a fibre stretched far beyond use; names the muscle, the
+            parameter and its limit.
+        """
         rest = np.zeros(len(self.skeleton))
-        longest = np.max([self.geometry(row, rest).length for row in q], axis=0)
-        for i, name in enumerate(self.muscles.names):
-            shortest = self.muscles.shortest_taut_length[i]
-            if longest[i] < shortest:
-                slack = [m.tendon_slack_length for m in self.muscles][i]
+        lengths = np.array([self.geometry(row, rest).length for row in q])
+        for i, muscle in enumerate(self.muscles):
+            longest = lengths[:, i].max()
+            shortest_fiber = self.muscles.shortest_taut_length[i] - muscle.tendon_slack_length
+            if longest < self.muscles.shortest_taut_length[i]:
+                reached = f"the musculotendon path reaches at most {longest:.4g} m in this motion"
+                limit = longest - shortest_fiber
+                if limit > 0.0:
+                    raise ParameterError(
+                        f"muscle '{muscle.name}': tendon_slack_length = "
+                        f"{muscle.tendon_slack_length:g} m is too long, {reached}; allowed is up "
+                        f"to {limit:.4g} m"
+                    )
                 raise ParameterError(
-                    f"muscle '{name}': tendon_slack_length = {slack:g} m is too long, the "
-                    f"musculotendon path reaches at most {longest[i]:.4g} m in this motion; "
-                    f"allowed is up to {longest[i] - shortest + slack:.4g} m"
+                    f"muscle '{muscle.name}': optimal_fiber_length = "
+                    f"{muscle.optimal_fiber_length:g} m is too long, {reached}, less than the "
+                    f"shortest fiber of {shortest_fiber:.4g} m"
                 )
+            stretch = (longest - muscle.tendon_slack_length) / muscle.optimal_fiber_length
+            if stretch > LONGEST_FIBER:
+                raise ParameterError(
+                    f"muscle '{muscle.name}': optimal_fiber_length = "
+                    f"{muscle.optimal_fiber_length:g} m (or tendon_slack_length = "
+                    f"{muscle.tendon_slack_length:g} m) is too short: the path of {longest:.4g} m "
+                    f"stretches the fiber to {stretch:.3g} optimal lengths in this motion, allowed "
+                    f"is up to {LONGEST_FIBER:g}"
+                )
+
+
+def _listed(name: str, items: Iterable, kind: type) -> list:
+    """The items as a list, all of one kind."""
+    try:
+        listed = list(items)
+    except TypeError:
+        listed = [items]
+        kind_found = False
+    else:
+        kind_found = all(isinstance(item, kind) for item in listed)
+    if not kind_found:
+        raise ParameterError(f"{name} must be a list of {kind.__name__} objects, got {items!r}")
+    return listed

@@ -206,7 +206,9 @@ def _checked(
 
 
 def check_motion(motion: Motion, coordinates: Sequence[str]) -> None:
-    """Raise MotionError unless the motion has one column for every coordinate."""
+    """Raise MotionError unless the motion is one and has one column for every coordinate."""
+    if not isinstance(motion, Motion):
+        raise MotionError(f"expected a Motion, got {type(motion).__name__}")
     if len(motion) != len(coordinates):
         raise MotionError(
             f"the motion has {len(motion)} coordinates, the model {len(coordinates)}: "

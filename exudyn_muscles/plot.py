@@ -1,8 +1,7 @@
 """Figures of trajectories: tracking errors, excitations, activations, and forces in their bounds.
 
 Every function draws into the given matplotlib axes or into a new figure and returns the axes. Here
-radians become degrees. A trajectory does not know which of its coordinates are translations: all
-coordinates are taken for angles.
+radians become degrees.
 
 Muscles or coordinates have a panel each and methods a color and line style each; several of them in
 one given `Axes` have a color each, and methods the line styles.
@@ -109,12 +108,20 @@ def tracking_errors(
                 f"a trajectory of method '{one.method}' has no desired coordinates: there is no "
                 "tracking error to draw"
             )
+    units = _same("coordinate_units", tracked)
+    angles = np.array([unit == "rad" for unit in units])
+    label = f"tracking error [{'deg' if angles.all() else 'm'}]"
+    if len(set(units)) > 1:  # every panel says its own unit
+        label = "tracking error"
+        names = tuple(
+            f"{name} [{'deg' if angle else 'm'}]" for name, angle in zip(names, angles, strict=True)
+        )
     panels = _Panels(names, axes, columns=1)
     for one, style in zip(tracked, _styles(tracked), strict=True):
-        errors = np.degrees(one.tracking_errors())
+        errors = one.tracking_errors() * np.where(angles, np.degrees(1.0), 1.0)
         for j in range(len(names)):
             panels.line(j, one.time, errors[:, j], style)
-    return panels.finish("tracking error [deg]")
+    return panels.finish(label)
 
 
 def excitations(

@@ -159,10 +159,14 @@ WINDOWS = {
     "force_optimal": FORCE,
     "reserves": 1e-3,
 }
+OF_COORDINATES = {
+    "coordinates", "speeds", "accelerations", "torques_delivered", "desired_coordinates",
+    "torques_demanded", "torques_unmet",
+}  # fmt: skip
 FIELDS = {"excitations": "excitation_values"}
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory:
     """The result of a method: T time points, K windows, n coordinates, m muscles, r reserves.
 
@@ -193,6 +197,8 @@ class Trajectory:
         Reserve torques at the windows' ends [N m].
     start_unmet : (n,) ndarray
         Unmet torque of the recruitment at the start.
+    coordinate_units : tuple of str
+        rad or m.
     status, message
         How the run ended.
     counts : Counts
@@ -204,6 +210,7 @@ class Trajectory:
 
     method: str
     coordinate_names: tuple[str, ...]
+    coordinate_units: tuple[str, ...]
     muscle_names: tuple[str, ...]
     reserve_names: tuple[str, ...]
     time: np.ndarray
@@ -231,6 +238,13 @@ class Trajectory:
     cpu_time: float
     settings: Mapping[str, Any]
     versions: Mapping[str, str]
+
+    def __repr__(self) -> str:
+        return (
+            f"<Trajectory {self.method}, {self.status.name.lower()}: {len(self.time)} points and "
+            f"{self.windows} windows from {self.time[0]:g} to {self.time[-1]:g} s, coordinates "
+            f"{', '.join(self.coordinate_names)}, muscles {', '.join(self.muscle_names)}>"
+        )
 
     @property
     def excitations(self) -> Excitations:
@@ -332,7 +346,7 @@ class Trajectory:
         return None
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Time points as rows, `quantity/name` as columns; excitations are those that end there.
+        """Time points as rows, `quantity/name` as columns; windows are those that end there.
 
         Raises
         ------
@@ -344,16 +358,22 @@ class Trajectory:
         columns: dict[str, np.ndarray] = {"time": self.time}
         for quantity in POINTS:
             array = getattr(self, quantity)
-            of_muscles = array.shape[1] == len(self.muscle_names) and quantity in _OF_MUSCLES
-            names = self.muscle_names if of_muscles else self.coordinate_names
-            for k, name in enumerate(names):
+            for k, name in enumerate(self._names_of(quantity)):
                 columns[f"{quantity}/{name}"] = array[:, k]
-        if len(self.excitation_values):
+        if self.windows:
             window = np.searchsorted(self.window_time, self.time - 1e-12) - 1
-            window = np.clip(window, 0, len(self.excitation_values) - 1)
-            for k, name in enumerate(self.muscle_names):
-                columns[f"excitations/{name}"] = self.excitation_values[window, k]
+            window = np.clip(window, 0, self.windows - 1)
+            for quantity in WINDOWS:
+                array = getattr(self, FIELDS.get(quantity, quantity))
+                rows = array[window + (quantity == "reserves")]
+                for k, name in enumerate(self._names_of(quantity)):
+                    columns[f"{quantity}/{name}"] = rows[:, k]
         return pandas.DataFrame(columns)
+
+    def _names_of(self, quantity: str) -> tuple[str, ...]:
+        if quantity == "reserves":
+            return self.reserve_names
+        return self.coordinate_names if quantity in OF_COORDINATES else self.muscle_names
 
     def save(self, file: str | Path) -> None:
         """Write everything to an `.npz` file."""
@@ -401,7 +421,7 @@ class Trajectory:
         try:
             header["status"] = Status[header["status"]]
             header["counts"] = Counts(**header["counts"])
-            for name in ("coordinate_names", "muscle_names", "reserve_names"):
+            for name in ("coordinate_names", "coordinate_units", "muscle_names", "reserve_names"):
                 header[name] = tuple(header[name])
             trajectory = cls(**content, **header)
         except (TypeError, KeyError) as error:
@@ -414,9 +434,6 @@ class Trajectory:
                         f"{file}: {name} of shape {array.shape}, expected {rows} rows"
                     )
         return trajectory
-
-
-_OF_MUSCLES = {"activations", "tendon_forces", "musculotendon_lengths", "fiber_lengths"}
 
 
 class Recorder:
@@ -472,7 +489,9 @@ class Recorder:
         """Note why the run ended; the error carries what was found up to then as `trajectory`."""
         self.message = f"{type(error).__name__} {where}: {error}"
         if self.time:
-            vars(error)["trajectory"] = self.trajectory()
+            vars(error)["trajectory"] = trajectory = self.trajectory()
+            if self.fell_short:
+                error.add_note(f"unmet torque before: {trajectory.unmet_torque_report()}")
 
     def trajectory(self) -> Trajectory:
         """Everything so far."""
@@ -491,6 +510,7 @@ class Recorder:
         return Trajectory(
             method=self._method,
             coordinate_names=model.coordinates,
+            coordinate_units=model.skeleton.units,
             muscle_names=model.muscles.names,
             reserve_names=tuple(reserve.coordinate for reserve in model.reserves),
             time=time,

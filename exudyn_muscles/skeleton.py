@@ -15,7 +15,7 @@ import exudyn as exu
 import numpy as np
 
 from .errors import ModelError
-from .path.tree import Tree
+from .path.tree import PRISMATIC, Tree
 
 JOINTS = {
     exu.JointType.RevoluteX: 0,
@@ -74,6 +74,11 @@ class Skeleton:
         self.attach_views()
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the coordinates, rad or m."""
+        return tuple("m" if joint >= PRISMATIC else "rad" for joint in self.tree.joints)
+
+    @property
     def others(self) -> int:
         """Number of the system's ODE2 coordinates outside the tree."""
         return self.mbs.systemData.ODE2Size() - len(self)
@@ -100,8 +105,9 @@ class Skeleton:
         constraints = self.mbs.systemData.AEsize()
         if constraints:
             raise ModelError(
-                f"the mbs has {constraints} algebraic constraint equations (joints or "
-                "constraints); the methods need independent coordinates"
+                f"the mbs has {constraints} algebraic constraint equations (joints, constraints or "
+                "bodies with Euler parameters, for which nodeType=NodeType.RotationRxyz can be "
+                "used); the methods need independent coordinates"
             )
 
     def attach_views(self) -> None:
@@ -140,6 +146,13 @@ class Skeleton:
         settings.solution.file.write = False
         settings.solution.sensors.active = False
         settings.timeIntegration.verboseMode = 0
+        current = _read_tree(self._item(), self.mbs)
+        for name in vars(current):
+            if not np.array_equal(getattr(current, name), getattr(self.tree, name)):
+                raise ModelError(
+                    f"the {name} of the kinematic tree have changed since the model was built; "
+                    "build the MusculoskeletalModel anew"
+                )
         self._solver = exu.MainSolverImplicitSecondOrder()
         self._solver.InitializeSolver(self.mbs, settings)
         self.attach_views()
@@ -147,7 +160,23 @@ class Skeleton:
         torque = self.mbs.GetObjectParameter(self.object, "jointForceVector")
         self._user_torque = np.zeros(len(self)) + (torque if np.size(torque) else 0.0)
         self._total = self._user_torque
+        self._check_mass_matrix()
         self.mbs.sys[OPEN] = True
+
+    def _check_mass_matrix(self) -> None:
+        M, _ = self.dynamics()
+        if not np.isfinite(M).all():
+            raise ModelError(
+                "the mass matrix is not finite: check masses and inertias of the links"
+            )
+        values, vectors = np.linalg.eigh(M)
+        if not values[0] > 1e-12 * values[-1]:
+            j = int(np.abs(vectors[:, 0]).argmax())
+            raise ModelError(
+                f"the mass matrix is not positive definite (smallest eigenvalue {values[0]:.3g}), "
+                f"mostly in coordinate '{self.coordinates[j]}': check masses, centers of mass and "
+                "inertias of the links"
+            )
 
     def close(self) -> None:
         """Give the tree back the user's own joint torques."""

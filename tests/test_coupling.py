@@ -264,7 +264,7 @@ def test_the_torque_at_the_start_is_in_the_initial_accelerations(model, motion):
 
 def test_without_initial_accelerations_the_run_is_refused(model, motion):
     start_at(model, motion)
-    model.skeleton.set_initial_state(np.array([3.0]), np.array([0.5]))
+    model.skeleton.set_initial_state(np.array([np.pi]), np.array([0.5]))
     s = settings()
     s.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
     with pytest.raises(em.ParameterError, match="computeInitialAccelerations"):
@@ -513,6 +513,79 @@ def test_warnings_point_at_the_users_line(model):
     with pytest.warns(em.UnmetTorqueWarning) as caught, csf(model, violent).attached():
         model.mbs.SolveDynamic(settings(end=0.5), solverType=TRAPEZOIDAL)
     assert caught[0].filename == __file__
+
+
+def test_a_start_away_from_the_motion_is_told(model, motion):
+    model.skeleton.set_initial_state(np.array([3.0]), np.array([0.0]))
+    with pytest.warns(em.StartWarning, match=r"tracking errors \[0\.1415"):
+        plugin_run(model, csf(model, motion), settings(end=0.1))
+
+
+def test_a_tree_that_changed_needs_a_new_model(model, motion):
+    model.mbs.SetObjectParameter(0, "baseOffset", [0.02, 0.0, 0.0])
+    model.mbs.Assemble()
+    with pytest.raises(em.ModelError, match="base of the kinematic tree have changed"):
+        em.cosimulate(model, motion)
+
+
+def test_a_mass_matrix_that_is_not_one_is_named():
+    from exudyn.utilities import HTtranslate, RigidBodyInertia, TreeLink
+
+    mbs = exu.SystemContainer().AddSystem()
+    inertia = RigidBodyInertia(mass=1.0, inertiaTensor=np.diag([0.01, 0.01, 0.01]))
+    negative = RigidBodyInertia(mass=1.0, inertiaTensor=np.diag([0.01, 0.01, -0.01]))
+    links = [
+        TreeLink(
+            jointType=exu.JointType.RevoluteZ,
+            parent=parent,
+            jointHT=HTtranslate([0.0, -0.3, 0.0]),
+            linkInertia=part,
+        )
+        for parent, part in ((-1, inertia), (0, negative))
+    ]
+    tree = mbs.CreateKinematicTree(listOfTreeLinks=links, gravity=[0.0, -9.81, 0.0])
+    mbs.Assemble()
+    path = [em.PathPoint([0.05, 0.0, 0.0]), em.PathPoint([0.0, -0.3, 0.0], link=1)]
+    unit = em.Muscle(
+        "unit",
+        max_isometric_force=100.0,
+        optimal_fiber_length=0.3,
+        tendon_slack_length=0.3,
+        path=path,
+    )
+    strange = em.MusculoskeletalModel(mbs, tree, [unit], coordinates=["hip", "knee"])
+    motion = em.Motion.from_waypoints([0.0, 0.1], np.zeros((2, 2)))
+    with pytest.raises(em.ModelError, match=r"not positive definite .* coordinate 'knee'"):
+        em.cosimulate(strange, motion)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
+        (lambda m, d: em.cosimulate(m, None), em.MotionError, "expected a Motion, got NoneType"),
+        (lambda m, d: em.cosimulate(m, d, settings=em.CMC()), em.ParameterError, "Cosimulation"),
+        (lambda m, d: em.cosimulate(m, d, settings=em.Cosimulation), em.ParameterError, "settings"),
+        (lambda m, d: em.computed_muscle_control(m, d, settings={}), em.ParameterError, "CMC"),
+        (lambda m, d: em.static_optimization(m, d, settings=None), em.ParameterError, "Static"),
+        (lambda m, d: em.forward_dynamics(m, d), em.ParameterError, r"such as a result's"),
+        (lambda m, d: em.MusculoskeletalModel(None, 0, []), em.ModelError, "exudyn.MainSystem"),
+        (
+            lambda m, d: em.MusculoskeletalModel(m.mbs, 0, ["a"]),
+            em.ParameterError,
+            "list of Muscle",
+        ),
+    ],
+)
+def test_wrong_types_are_named(model, motion, call, error, message):
+    with pytest.raises(error, match=message):
+        call(model, motion)
+
+
+def test_modified_newton_recruits_once_a_step_on_the_arm_too():
+    arm, reaching = planar_arm.build(), planar_arm.motion()
+    start_at(arm, reaching)
+    result = plugin_run(arm, csf(arm, reaching), settings())
+    assert result.counts.recruitments <= 1.1 * 100
 
 
 def test_result_before_a_run(model, motion):

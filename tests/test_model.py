@@ -130,14 +130,14 @@ def test_tendon_too_long_for_the_motion():
     q = pendulum.motion()(np.linspace(0.0, 1.0, 101))[0]
     longest = max(slack_pendulum(0.16).geometry(row, np.zeros(1)).length[0] for row in q)
     allowed = longest - 0.2 * 0.15  # the shortest fibre
-    slack_pendulum(0.999 * allowed).check_tendons(q)
+    slack_pendulum(0.999 * allowed).check_lengths(q)
     with pytest.raises(em.ParameterError) as error:
-        slack_pendulum(1.2).check_tendons(q)
+        slack_pendulum(1.2).check_lengths(q)
     for part in ("'left'", "tendon_slack_length = 1.2 m", f"at most {longest:.4g} m"):
         assert part in str(error.value)
     assert f"allowed is up to {allowed:.4g} m" in str(error.value)
     with pytest.raises(em.ParameterError, match="too long"):
-        slack_pendulum(1.001 * allowed).check_tendons(q)
+        slack_pendulum(1.001 * allowed).check_lengths(q)
 
 
 METHODS = [
@@ -158,3 +158,28 @@ def test_methods_refuse_the_wrong_number_of_coordinates(method):
     two = em.Motion.from_waypoints([0.0, 1.0], [[3.0, 1.0], [3.2, 1.0]])
     with pytest.raises(em.MotionError, match="motion has 2 coordinates, the model 1: theta"):
         method(pendulum.build(), two)
+
+
+@pytest.mark.parametrize(
+    ("fiber", "tendon", "message"),
+    [
+        (
+            0.01,
+            0.16,
+            r"'left': optimal_fiber_length = 0\.01 m .* is too short: .* stretches the fiber",
+        ),
+        (5.0, 0.16, r"'left': optimal_fiber_length = 5 m is too long, .* shortest fiber of 1 m"),
+    ],
+)
+def test_fibers_that_do_not_fit_the_path_are_named(fiber, tendon, message):
+    built = pendulum.build()
+    unit = em.Muscle(
+        "left",
+        max_isometric_force=3000.0,
+        optimal_fiber_length=fiber,
+        tendon_slack_length=tendon,
+        path=next(iter(built.muscles)).path,
+    )
+    model = em.MusculoskeletalModel(built.mbs, 0, [unit])
+    with pytest.raises(em.ParameterError, match=message):
+        em.static_optimization(model, pendulum.motion())

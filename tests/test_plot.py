@@ -202,3 +202,12 @@ def test_empty_trajectory(results):
     )
     with pytest.raises(ParameterError, match="'csf' has no windows"):
         plot.excitations(nothing)
+
+
+def test_translations_are_not_drawn_in_degrees(results):
+    slider = dataclasses.replace(results["csf"], coordinate_units=("m",))
+    (panel,) = plot.tracking_errors(slider)
+    (line,) = panel.get_lines()
+    np.testing.assert_array_equal(line.get_ydata(), slider.tracking_errors()[:, 0])
+    text = panel.get_ylabel() + panel.get_title()
+    assert "[m]" in text and "[deg]" not in text

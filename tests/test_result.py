@@ -191,6 +191,15 @@ def test_to_dataframe(csf):
     np.testing.assert_array_equal(frame["activations/right"], csf.activations[:, 1])
     # The excitation of a row is that of the window which ends there.
     assert frame["excitations/left"][50] == csf.excitation_values[49, 0]
+    assert frame["torques_demanded/theta"][50] == csf.torques_demanded[49, 0]
+    assert frame["force_max/right"][50] == csf.force_max[49, 1]
+
+
+def test_a_trajectory_shows_itself_in_a_line(csf):
+    assert repr(csf) == (
+        "<Trajectory csf, complete: 101 points and 100 windows from 0 to 1 s, coordinates theta, "
+        "muscles left, right>"
+    )
 
 
 def test_excitations_find_their_window(cmc):

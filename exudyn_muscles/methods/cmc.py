@@ -17,7 +17,7 @@ from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..path.geometry import Geometry
 from ..result import Trajectory
-from .control import Tracking, TrackingSettings, check_step
+from .control import Tracking, TrackingSettings, check_settings, check_step
 from .recruiting import MuscleOptimization
 from .run import number_of_steps, simulate
 from .unified import UnifiedPlugin
@@ -85,6 +85,8 @@ def computed_muscle_control(
     UnmetTorqueWarning
         The muscles could not deliver the demanded torques; names the coordinates.
     """
+    check_settings(settings, CMC)
+    check_motion(motion, model.coordinates)
     windows = number_of_steps(motion.start, motion.end, settings.window)
     plugin = CMCPlugin(model, motion, settings, progress=progress)
     plugin.end_time = motion.start + windows * settings.window
@@ -120,10 +122,11 @@ class CMCPlugin(UnifiedPlugin):
         start: float | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> None:
+        check_settings(settings, CMC)
         check_motion(motion, model.coordinates)
         start = motion.start if start is None else start
         super().__init__(model, start, motion.end, settings, motion, progress)
-        model.check_tendons(motion(np.linspace(start, motion.end, 101))[0])
+        model.check_lengths(motion(np.linspace(start, motion.end, 101))[0])
 
     def start_muscles(
         self, q: np.ndarray, v: np.ndarray, geometry: Geometry

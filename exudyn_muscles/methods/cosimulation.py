@@ -22,7 +22,7 @@ from ..errors import ParameterError, StabilityWarning, warn
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..result import Trajectory
-from .control import Tracking, TrackingSettings, check_step
+from .control import Tracking, TrackingSettings, check_settings, check_step
 from .recruiting import MuscleOptimization
 from .run import simulate
 
@@ -160,11 +160,12 @@ class CosimulationPlugin(Plugin):
         start: float | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> None:
+        check_settings(settings, Cosimulation)
         check_motion(motion, model.coordinates)
         start = motion.start if start is None else start
         self.method = settings.scheme.value
         super().__init__(model, start, motion.end, settings, motion, progress)
-        model.check_tendons(motion(np.linspace(start, motion.end, 101))[0])
+        model.check_lengths(motion(np.linspace(start, motion.end, 101))[0])
         self._simplified = settings.scheme is Scheme.SIMPLIFIED
         self.feeds_back = not self._simplified
 
@@ -187,6 +188,8 @@ class CosimulationPlugin(Plugin):
         self._muscles.open(self.a, self.F, self._geometry, self.step)
         self._waiting = True
         self._unmet = False
+        if self.feeds_back:
+            self.request_jacobian()  # cheaper than one recruitment more, with modified Newton
 
     def torque(self, t: float, first: bool) -> np.ndarray | None:
         if self._simplified:

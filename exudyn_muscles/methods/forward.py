@@ -12,7 +12,7 @@ from ..model import MusculoskeletalModel
 from ..muscle.contraction import check_range, equilibrium_forces
 from ..path.geometry import Geometry
 from ..result import Excitations, Trajectory
-from .control import check_step
+from .control import check_settings, check_step
 from .run import simulate
 from .unified import UnifiedPlugin
 
@@ -65,6 +65,7 @@ def forward_dynamics(
     SimulationError, WindowError
         In the middle; the result up to then is the exception's `trajectory`.
     """
+    check_settings(settings, Forward)
     plugin = ForwardPlugin(model, excitations, settings, progress=progress)
     initial = excitations.initial
     return simulate(
@@ -97,6 +98,11 @@ class ForwardPlugin(UnifiedPlugin):
         *,
         progress: Callable[[float], None] | None = None,
     ) -> None:
+        if not isinstance(excitations, Excitations):
+            raise ParameterError(
+                f"expected Excitations, such as a result's .excitations, got "
+                f"{type(excitations).__name__}"
+            )
         time, values = excitations.time, excitations.values
         if values.shape[1] != len(model.muscles):
             raise ParameterError(
@@ -122,7 +128,7 @@ class ForwardPlugin(UnifiedPlugin):
     def start_muscles(
         self, q: np.ndarray, v: np.ndarray, geometry: Geometry
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        self.model.check_tendons(q[None])
+        self.model.check_lengths(q[None])
         given = self._excitations
         self.record.start(self.start_time, given.reserves[0], np.zeros(len(self.model.coordinates)))
         self._window = -1

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,19 +17,34 @@ from ..errors import FrozenBodiesWarning, warn
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..result import Counts, Recorder, Status, Trajectory
-from .control import RecruitmentSettings, check_step
+from .control import RecruitmentSettings, check_settings, check_step
 from .recruiting import MuscleOptimization
 from .run import number_of_steps
 
-DEFAULTS = RecruitmentSettings()
+
+@dataclass(frozen=True, kw_only=True)
+class Static(RecruitmentSettings):
+    """Settings of `static_optimization`.
+
+    Parameters
+    ----------
+    step : float
+        Length of the windows [s].
+    """
+
+    step: float = 0.01
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_step("step", self.step)
 
 
 def static_optimization(
     model: MusculoskeletalModel,
     motion: Motion,
     *,
-    step: float = 0.01,
-    settings: RecruitmentSettings = DEFAULTS,
+    settings: Static = Static(),
+    step: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Forces, activations and excitations of the desired motion, without a forward simulation.
@@ -38,9 +54,10 @@ def static_optimization(
     model : MusculoskeletalModel
     motion : Motion
         Of the model's n coordinates.
-    step : float
-        Length of the windows [s]; a last incomplete one is left out.
-    settings : RecruitmentSettings
+    settings : Static
+        A last incomplete window is left out.
+    step : float, optional
+        Length of the windows [s] in place of the settings' one.
     progress : callable, optional
         Called with the time reached after every step.
 
@@ -62,13 +79,16 @@ def static_optimization(
     UnmetTorqueWarning
         The muscles cannot deliver the motion's torques; names the coordinates.
     """
-    check_step("step", step)
+    check_settings(settings, Static)
+    if step is not None:
+        settings = replace(settings, step=step)
+    step = settings.step
     check_motion(motion, model.coordinates)
     cpu = time.process_time()
     steps = number_of_steps(motion.start, motion.end, step)
     times = motion.start + step * np.arange(steps + 1)
     q_d, v_d, a_d = motion(times)
-    model.check_tendons(q_d)
+    model.check_lengths(q_d)
     counts = Counts()
     record = Recorder("static", model, settings, counts, motion)
     muscles = MuscleOptimization(model, settings, counts)

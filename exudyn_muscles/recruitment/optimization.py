@@ -205,7 +205,7 @@ def ask(solver: Solver, problem: ScaledProblem) -> tuple[np.ndarray, float] | No
             if options:
                 warnings.simplefilter("ignore")  # what it gives up on is judged by its residual
             solution = qpsolvers.solve_problem(problem, solver=solver.value, **options)
-    except Exception:  # every back end has errors of its own
+    except (qpsolvers.SolverError, ArithmeticError):
         return None
     if solution.x is None or solution.y is None:
         return None

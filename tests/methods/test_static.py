@@ -65,7 +65,7 @@ def test_a_failure_in_the_middle_keeps_what_was_found(case):
 
 def test_normalizers_change_the_sharing_not_the_torque():
     model, motion = planar_arm.build(), planar_arm.motion()
-    settings = em.RecruitmentSettings(normalizer=em.MaximumIsometricForce())
+    settings = em.Static(normalizer=em.MaximumIsometricForce())
     paper, isometric = (
         em.static_optimization(model, motion),
         em.static_optimization(model, motion, settings=settings),
@@ -77,7 +77,7 @@ def test_normalizers_change_the_sharing_not_the_torque():
 def test_osqp_gives_the_same_forces():
     model, motion = planar_arm.build(), planar_arm.motion()
     daqp, osqp = (
-        em.static_optimization(model, motion, settings=em.RecruitmentSettings(solver=solver))
+        em.static_optimization(model, motion, settings=em.Static(solver=solver))
         for solver in em.Solver
     )
     np.testing.assert_allclose(daqp.force_optimal, osqp.force_optimal, atol=1e-5)
@@ -105,7 +105,7 @@ def test_a_tendon_too_long_for_the_motion_is_named():
 
 @pytest.mark.parametrize("forces", [np.zeros(2), np.ones(3), np.array([1.0, np.nan])])
 def test_a_normalizer_that_does_not_fit_is_named(forces):
-    settings = em.RecruitmentSettings(normalizer=lambda muscles, F_max: forces)
+    settings = em.Static(normalizer=lambda muscles, F_max: forces)
     with pytest.raises(em.ParameterError, match=r"normalizer: .* must return 2 positive forces"):
         em.static_optimization(pendulum.build(), pendulum.motion(), settings=settings)
 
@@ -115,4 +115,4 @@ def test_a_normalizer_that_does_not_fit_is_named(forces):
 )
 def test_bad_settings_are_named(options):
     with pytest.raises(em.ParameterError):
-        em.RecruitmentSettings(**options)
+        em.Static(**options)
