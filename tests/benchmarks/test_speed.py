@@ -1,6 +1,6 @@
 """Timings, printed and never asserted:
 
-pytest tests/benchmarks --benchmark-only
+pytest tests/benchmarks
 """
 
 import numpy as np
