@@ -17,8 +17,8 @@ def number_within(name: str, value: Any, low: float, high: float, unit: str = ""
         It is not a number from `low` to `high`, both allowed if finite; names it and the range.
     """
     try:
-        number = float(value)
-    except (TypeError, ValueError):
+        number = math.nan if isinstance(value, (str, bytes, bool)) else float(value)
+    except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not low <= number <= high or math.isinf(number):
         shown = f"{value!r} {unit}".strip()

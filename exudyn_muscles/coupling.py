@@ -37,7 +37,7 @@ from .errors import (
 from .model import MusculoskeletalModel
 from .motion import Motion
 from .result import Counts, Recorder, Status, Trajectory
-from .skeleton import Skeleton
+from .skeleton import Skeleton, original, raise_as_itself
 
 # Tracking error at the start [rad or m] above which a user is told.
 FAR_AWAY = 0.02
@@ -179,7 +179,7 @@ class Plugin(ABC):
             if self._started:
                 raised.add_note(f"raised in the simulation {self._where()}")
             self.record.fail(raised, self._where())
-            raise raised from raised.__cause__
+            raise_as_itself(raised, error)
         finally:
             hooks.restore()
             with suppress(exu.ExudynError):
@@ -353,13 +353,6 @@ class Plugin(ABC):
             f"q = {np.array2string(self.skeleton.q, precision=5)}, "
             f"q' = {np.array2string(self.skeleton.v, precision=5)}"
         )
-
-
-def original(error: BaseException) -> BaseException:
-    """The exception that a user function raised, which Exudyn wraps, once for every solver."""
-    while isinstance(error, exu.ExudynError) and error.__cause__ is not None:
-        error = error.__cause__
-    return error
 
 
 def _triplets(skeleton: Skeleton) -> np.ndarray:

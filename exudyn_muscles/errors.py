@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import sys
 import warnings
+from types import FrameType
 
 NOT_THE_USERS = ("exudyn_muscles", "exudyn", "contextlib")
 
@@ -83,9 +84,13 @@ class FrozenBodiesWarning(ExudynMusclesWarning):
     """Static optimization cannot move the bodies outside the skeleton."""
 
 
+def _package(frame: FrameType) -> str:
+    return str(frame.f_globals.get("__name__", "")).split(".")[0]
+
+
 def warn(text: str, category: type[Warning]) -> None:
     """Issue a warning that points at the user's code, through Exudyn and context managers."""
     level, frame = 2, sys._getframe(1)
-    while frame.f_back is not None and frame.f_globals["__name__"].split(".")[0] in NOT_THE_USERS:
+    while frame.f_back is not None and _package(frame) in NOT_THE_USERS:
         level, frame = level + 1, frame.f_back
     warnings.warn(text, category, stacklevel=level)

@@ -116,34 +116,48 @@ class MusculoskeletalModel:
             A tendon is slack throughout, or a fibre stretched far beyond use; names the muscle, the
             parameter and its limit.
         """
-        rest = np.zeros(len(self.skeleton))
-        lengths = np.array([self.geometry(row, rest).length for row in q])
-        for i, muscle in enumerate(self.muscles):
-            longest = lengths[:, i].max()
-            shortest_fiber = self.muscles.shortest_taut_length[i] - muscle.tendon_slack_length
-            if longest < self.muscles.shortest_taut_length[i]:
-                reached = f"the musculotendon path reaches at most {longest:.4g} m in this motion"
-                limit = longest - shortest_fiber
-                if limit > 0.0:
-                    raise ParameterError(
-                        f"muscle '{muscle.name}': tendon_slack_length = "
-                        f"{muscle.tendon_slack_length:g} m is too long, {reached}; allowed is up "
-                        f"to {limit:.4g} m"
-                    )
+        for muscle, longest, taut in zip(
+            self.muscles, self._longest(q), self.muscles.shortest_taut_length, strict=True
+        ):
+            if longest >= taut:
+                continue
+            reached = f"the musculotendon path reaches at most {longest:.4g} m in this motion"
+            fiber = taut - muscle.tendon_slack_length
+            if longest > fiber:
                 raise ParameterError(
-                    f"muscle '{muscle.name}': optimal_fiber_length = "
-                    f"{muscle.optimal_fiber_length:g} m is too long, {reached}, less than the "
-                    f"shortest fiber of {shortest_fiber:.4g} m"
+                    f"muscle '{muscle.name}': tendon_slack_length = "
+                    f"{muscle.tendon_slack_length:g} m is too long, {reached}; allowed is up to "
+                    f"{longest - fiber:.4g} m"
                 )
+            raise ParameterError(
+                f"muscle '{muscle.name}': optimal_fiber_length = {muscle.optimal_fiber_length:g} m "
+                f"is too long, {reached}, less than the shortest fiber of {fiber:.4g} m"
+            )
+        self.check_stretch(q)
+
+    def check_stretch(self, q: np.ndarray) -> None:
+        """Check that no fibre is stretched far beyond use at the coordinates `q` (k, n).
+
+        Raises
+        ------
+        ParameterError
+            Names the muscle, its parameters and the limit.
+        """
+        for muscle, longest in zip(self.muscles, self._longest(q), strict=True):
             stretch = (longest - muscle.tendon_slack_length) / muscle.optimal_fiber_length
             if stretch > LONGEST_FIBER:
                 raise ParameterError(
                     f"muscle '{muscle.name}': optimal_fiber_length = "
                     f"{muscle.optimal_fiber_length:g} m (or tendon_slack_length = "
                     f"{muscle.tendon_slack_length:g} m) is too short: the path of {longest:.4g} m "
-                    f"stretches the fiber to {stretch:.3g} optimal lengths in this motion, allowed "
-                    f"is up to {LONGEST_FIBER:g}"
+                    f"stretches the fiber to {stretch:.3g} optimal lengths, allowed is up to "
+                    f"{LONGEST_FIBER:g}"
                 )
+
+    def _longest(self, q: np.ndarray) -> np.ndarray:
+        """Longest paths (m,) [m] over the coordinates `q` (k, n)."""
+        rest = np.zeros(len(self.skeleton))
+        return np.max([self.geometry(row, rest).length for row in q], axis=0)
 
 
 def _listed(name: str, items: Iterable, kind: type) -> list:

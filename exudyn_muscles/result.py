@@ -296,6 +296,8 @@ class Trajectory:
     ) -> Difference | None:
         """The first difference from a reference that is larger than its tolerance.
 
+        Method, names and status come first, then times, motion, muscles and windows.
+
         Parameters
         ----------
         reference : Trajectory
@@ -370,6 +372,22 @@ class Trajectory:
                     columns[f"{quantity}/{name}"] = rows[:, k]
         return pandas.DataFrame(columns)
 
+    def _check_shapes(self, file: str | Path) -> None:
+        """Raise ResultFileError unless all arrays fit each other."""
+        points, windows, n = self.time.size, self.window_time.size - 1, len(self.coordinate_names)
+        expected: dict[str, tuple[int, ...]] = {
+            "time": (points,),
+            "window_time": (windows + 1,),
+            "start_unmet": (n,),
+        }
+        for name in (*POINTS, *WINDOWS):
+            rows = points if name in POINTS else windows + (name == "reserves")
+            expected[FIELDS.get(name, name)] = (rows, len(self._names_of(name)))
+        for name, shape in expected.items():
+            found = getattr(self, name).shape
+            if found != shape:
+                raise ResultFileError(f"{file}: {name} of shape {found}, expected {shape}")
+
     def _names_of(self, quantity: str) -> tuple[str, ...]:
         if quantity == "reserves":
             return self.reserve_names
@@ -426,13 +444,7 @@ class Trajectory:
             trajectory = cls(**content, **header)
         except (TypeError, KeyError) as error:
             raise ResultFileError(f"{file}: damaged header ({error!r})") from error
-        for names, rows in ((POINTS, trajectory.time.size), (WINDOWS, trajectory.windows)):
-            for name in names:
-                array = getattr(trajectory, FIELDS.get(name, name))
-                if array.ndim != 2 or array.shape[0] != rows + (name == "reserves"):
-                    raise ResultFileError(
-                        f"{file}: {name} of shape {array.shape}, expected {rows} rows"
-                    )
+        trajectory._check_shapes(file)
         return trajectory
 
 

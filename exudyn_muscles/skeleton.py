@@ -10,6 +10,7 @@ Coordinates are Exudyn's: without the reference coordinates of the node.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NoReturn
 
 import exudyn as exu
 import numpy as np
@@ -142,10 +143,6 @@ class Skeleton:
             raise ModelError(
                 "another run is attached to this mbs: one attached() serves one run at a time"
             )
-        settings = exu.SimulationSettings()
-        settings.solution.file.write = False
-        settings.solution.sensors.active = False
-        settings.timeIntegration.verboseMode = 0
         current = _read_tree(self._item(), self.mbs)
         for name in vars(current):
             if not np.array_equal(getattr(current, name), getattr(self.tree, name)):
@@ -153,6 +150,17 @@ class Skeleton:
                     f"the {name} of the kinematic tree have changed since the model was built; "
                     "build the MusculoskeletalModel anew"
                 )
+        try:
+            self._prepare()
+        except exu.ExudynError as error:
+            raise_as_itself(original(error), error)
+        self.mbs.sys[OPEN] = True
+
+    def _prepare(self) -> None:
+        settings = exu.SimulationSettings()
+        settings.solution.file.write = False
+        settings.solution.sensors.active = False
+        settings.timeIntegration.verboseMode = 0
         self._solver = exu.MainSolverImplicitSecondOrder()
         self._solver.InitializeSolver(self.mbs, settings)
         self.attach_views()
@@ -161,7 +169,6 @@ class Skeleton:
         self._user_torque = np.zeros(len(self)) + (torque if np.size(torque) else 0.0)
         self._total = self._user_torque
         self._check_mass_matrix()
-        self.mbs.sys[OPEN] = True
 
     def _check_mass_matrix(self) -> None:
         M, _ = self.dynamics()
@@ -263,6 +270,24 @@ class Skeleton:
         for array, values in zip(self._current, arrays, strict=True):
             array[:] = values
         self.mbs.systemData.SetTime(time)
+
+
+def original(error: BaseException) -> BaseException:
+    """The exception that a user function raised, which Exudyn wraps, once for every solver."""
+    while isinstance(error, exu.ExudynError) and error.__cause__ is not None:
+        error = error.__cause__
+    return error
+
+
+def raise_as_itself(raised: BaseException, caught: BaseException) -> NoReturn:
+    """Raise the `original` of a caught exception with the context that it had."""
+    if raised is caught:
+        raise raised
+    context, hidden = raised.__context__, raised.__suppress_context__
+    try:
+        raise raised
+    finally:
+        raised.__context__, raised.__suppress_context__ = context, hidden
 
 
 def _read_tree(item: dict, mbs: exu.MainSystem) -> Tree:

@@ -370,6 +370,33 @@ def test_exceptions_in_the_users_loads_surface_as_themselves(model, motion, meth
     assert error.trajectory.window_time[-1] == error.trajectory.time[-1]
 
 
+@pytest.mark.parametrize("run", [em.cosimulate, em.computed_muscle_control, em.static_optimization])
+def test_ctrl_c_in_the_very_first_load(model, motion, run):
+    def load(mbs, t, load):
+        raise KeyboardInterrupt
+
+    node = model.mbs.GetObjectParameter(0, "nodeNumber")
+    marker = model.mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
+    model.mbs.AddLoad(LoadCoordinate(markerNumber=marker, load=0.0, loadUserFunction=load))
+    model.mbs.Assemble()
+    with pytest.raises(KeyboardInterrupt):
+        run(model, motion)
+    assert "exudyn_muscles" not in model.mbs.sys
+
+
+def test_the_context_of_an_error_is_kept(model, motion):
+    def progress(t):
+        try:
+            1 / 0  # noqa: B018
+        except ZeroDivisionError:
+            raise Disaster  # noqa: B904
+
+    with pytest.raises(Disaster) as caught:
+        em.cosimulate(model, motion, progress=progress)
+    assert isinstance(caught.value.__context__, ZeroDivisionError)
+    assert not caught.value.__suppress_context__
+
+
 def test_an_error_of_the_users_own_after_a_complete_run(model, motion):
     plugin = csf(model, motion)
 
@@ -488,6 +515,25 @@ def test_static_optimization_leaves_the_state_of_the_users_run(model, motion):
     em.static_optimization(model, motion)
     assert np.array_equal(model.skeleton.q, before)
     assert model.mbs.systemData.GetTime() == t
+
+
+def test_static_optimization_leaves_the_state_of_an_mbs_that_has_grown(model, motion):
+    for _ in range(5):
+        model.mbs.CreateMassPoint(referencePosition=[0.0, 0.0, 0.0], mass=1.0)
+    model.mbs.Assemble()
+    state = np.arange(16) / 10.0
+    model.mbs.systemData.SetODE2Coordinates(state)
+    with pytest.warns(em.FrozenBodiesWarning):
+        em.static_optimization(model, motion)
+    np.testing.assert_array_equal(model.mbs.systemData.GetODE2Coordinates(), state)
+
+
+def test_warnings_without_a_module(model, motion):
+    model.skeleton.set_initial_state(np.array([3.0]), np.array([0.0]))
+    names = {"model": model, "plugin": csf(model, motion), "settings": settings(end=0.05)}
+    code = "with plugin.attached():\n    model.mbs.SolveDynamic(settings)"
+    with pytest.warns(em.StartWarning):
+        exec(code, names)
 
 
 def test_the_time_limit_of_exudyn_is_an_incomplete_run(model, motion):

@@ -118,6 +118,10 @@ def test_another_version_is_refused(csf, tmp_path):
         lambda header, arrays: header.update(foreign=1),
         lambda header, arrays: arrays.update(speeds=arrays["speeds"][:5]),
         lambda header, arrays: arrays.update(reserves=arrays["reserves"][:-1]),
+        lambda header, arrays: arrays.update(window_time=arrays["window_time"][:3]),
+        lambda header, arrays: arrays.update(start_unmet=np.zeros(5)),
+        lambda header, arrays: arrays.update(excitation_values=np.array(1.0)),
+        lambda header, arrays: arrays.update(coordinates=np.zeros((101, 2))),
     ],
 )
 def test_a_damaged_content_is_refused(csf, tmp_path, change):

@@ -137,14 +137,12 @@ class CMCPlugin(UnifiedPlugin):
         M, bias = self.skeleton.dynamics_at(q, v, t)
         Q_m = M @ self._tracking.acceleration(t, t, q, v) + bias
         self._window_end = t
-        a, F, self.reserve = self._muscles.start(geometry, Q_m, self.record, t)
-        return a, F, self.reserve
+        return self._muscles.start(geometry, Q_m, self.record, t)
 
-    def controls(self, t_0: float, t_1: float) -> tuple[np.ndarray, np.ndarray]:
+    def controls(self, t_0: float, t_1: float) -> np.ndarray:
         if t_0 >= self._window_end - 1e-9:
             self._open_window(t_0)
-        share = min((t_1 - self._window_start) / (self._window_end - self._window_start), 1.0)
-        return self._held, self._reserve_0 + share * (self._reserve_1 - self._reserve_0)
+        return self._held
 
     def _open_window(self, t_0: float) -> None:
         """Excitations from the state at `t_0`, held over the window."""
@@ -158,6 +156,5 @@ class CMCPlugin(UnifiedPlugin):
         self._muscles.open(self.a, self.F, self.geometry, t_1 - t_0)
         self._muscles.recruit(self.model.geometry(q_d, v_d), Q_m)
         self._held = self._muscles.excite(t_1).excitation
-        self.row = self._muscles.row
-        self._window_start, self._window_end = t_0, t_1
-        self._reserve_0, self._reserve_1 = self.reserve, self._muscles.reserve
+        self._window_end = t_1
+        self.begin_window(t_0, t_1, self._muscles.reserve, self._muscles.row)

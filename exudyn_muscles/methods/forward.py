@@ -128,7 +128,7 @@ class ForwardPlugin(UnifiedPlugin):
     def start_muscles(
         self, q: np.ndarray, v: np.ndarray, geometry: Geometry
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        self.model.check_lengths(q[None])
+        self.model.check_stretch(q[None])
         given = self._excitations
         self.record.start(self.start_time, given.reserves[0], np.zeros(len(self.model.coordinates)))
         self._window = -1
@@ -139,16 +139,16 @@ class ForwardPlugin(UnifiedPlugin):
             F = equilibrium_forces(self.model.muscles.table, a, geometry.length)
         return a, F, given.reserves[0]
 
-    def controls(self, t_0: float, t_1: float) -> tuple[np.ndarray, np.ndarray]:
+    def controls(self, t_0: float, t_1: float) -> np.ndarray:
         given = self._excitations
         k = given.window(0.5 * (t_0 + t_1))
         if k != self._window:
             # Nothing was demanded and no bounds were computed.
             n, unknown = len(self.model.coordinates), np.full(len(self.model.muscles), np.nan)
-            self.row = (self._u[k], np.full(n, np.nan), np.zeros(n), unknown, unknown, unknown)
+            row = (self._u[k], np.full(n, np.nan), np.zeros(n), unknown, unknown, unknown)
+            self.begin_window(t_0, given.time[k + 1], given.reserves[k + 1], row)
             self._window = k
-        share = (t_1 - given.time[k]) / (given.time[k + 1] - given.time[k])
-        return self._u[k], given.reserves[k] + share * (given.reserves[k + 1] - given.reserves[k])
+        return self._u[k]
 
 
 def check_initial(

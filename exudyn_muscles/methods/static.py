@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..coupling import original, warn_of_unmet_torque
+from ..coupling import warn_of_unmet_torque
 from ..errors import FrozenBodiesWarning, warn
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..result import Counts, Recorder, Status, Trajectory
+from ..skeleton import original, raise_as_itself
 from .control import RecruitmentSettings, check_settings, check_step
 from .recruiting import MuscleOptimization
 from .run import number_of_steps
@@ -101,8 +102,14 @@ def static_optimization(
             FrozenBodiesWarning,
         )
     # The evaluations below move the mbs; the user's current state is put back at the end.
+    skeleton.check_assembled()
+    skeleton.attach_views()
     before = skeleton.snapshot()
-    skeleton.open()
+    try:
+        skeleton.open()
+    except BaseException:
+        skeleton.restore(before)
+        raise
     last = model.geometry(q_d[0], v_d[0])
     try:
         for n, t in enumerate(times):
@@ -127,7 +134,7 @@ def static_optimization(
         raised = original(error)
         raised.add_note(f"raised at t = {t:g} s of the static optimization")
         record.fail(raised, f"at t = {t:g} s")
-        raise raised from raised.__cause__
+        raise_as_itself(raised, error)
     finally:
         skeleton.close()
         skeleton.restore(before)

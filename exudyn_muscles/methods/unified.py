@@ -74,7 +74,6 @@ class UnifiedPlugin(Plugin):
         # Start and trial of a step, as `unified_step` has them.
         self._start, self._trial = np.empty((5, m)), np.empty((6, m))
         self._arms, self._torque = np.empty((m, n)), np.empty(n)
-        self.row: tuple[np.ndarray, ...] | None = None
 
     @abstractmethod
     def start_muscles(
@@ -83,27 +82,41 @@ class UnifiedPlugin(Plugin):
         """Activations, forces (m,) and reserve torques (r,) at the start; opens the record."""
 
     @abstractmethod
-    def controls(self, t_0: float, t_1: float) -> tuple[np.ndarray, np.ndarray]:
-        """Excitations (m,) over the step and reserve torques (r,) at its end.
+    def controls(self, t_0: float, t_1: float) -> np.ndarray:
+        """Excitations (m,) over the step; where a window begins, `begin_window` is called."""
 
-        Where a window begins, its `row` for the record is set.
+    def begin_window(
+        self, t_0: float, t_1: float, reserve: np.ndarray, row: tuple[np.ndarray, ...]
+    ) -> None:
+        """A window begins at `t_0` and is to end at `t_1` with these reserves.
+
+        They run there linearly from their committed values, as the record is read; a last step
+        beyond `t_1` goes on along the same line.
         """
+        self._ramp = (t_0, t_1, self.reserve, reserve)
+        self._row: tuple[np.ndarray, ...] | None = row
+
+    def _reserves_at(self, t: float) -> np.ndarray:
+        t_0, t_1, first, last = self._ramp
+        return first + (t - t_0) / (t_1 - t_0) * (last - first)
 
     def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         self.geometry = self.model.geometry(q, v)
-        self.a, self.F, reserve = self.start_muscles(q, v, self.geometry)
-        return self.model.torque(self.geometry, self.F, reserve)
+        self._row = None
+        self.a, self.F, self.reserve = self.start_muscles(q, v, self.geometry)
+        return self.model.torque(self.geometry, self.F, self.reserve)
 
     def ready(self, step: float) -> None:
         """Any step will do."""
 
     def open_step(self, t_0: float, t_1: float) -> None:
-        u, self.reserve = self.controls(t_0, t_1)
+        u = self.controls(t_0, t_1)
+        self._reserve_now = self._reserves_at(t_1)
         length, speed, _ = self.geometry
         for row, values in enumerate((self.a, self.F, u, length, speed)):
             self._start[row] = values
         self._reserve_torque = (
-            self.model.reserve_columns @ self.reserve if self.reserve.size else None
+            self.model.reserve_columns @ self._reserve_now if self._reserve_now.size else None
         )
 
     def torque(self, t: float, first: bool) -> np.ndarray:
@@ -132,8 +145,9 @@ class UnifiedPlugin(Plugin):
         self.a, self.F, length, speed = self._trial[:4].copy()
         self.geometry = Geometry(length, speed, self._arms.copy())
         # A window is what was held over accepted steps, wherever they end.
-        if self.row is not None:
-            self.record.window(t_1, self.reserve, *self.row)
-            self.row = None
+        self.reserve = self._reserve_now
+        if self._row is not None:
+            self.record.window(t_1, self.reserve, *self._row)
+            self._row = None
         else:
             self.record.extend(t_1, self.reserve)

@@ -105,6 +105,28 @@ def test_in_a_users_run_windows_follow_the_steps_and_can_be_replayed(model):
     assert np.abs(replay.coordinates - result.coordinates).max() < 1e-8
 
 
+@pytest.mark.parametrize("step", [0.001, 0.003, 0.004])
+def test_reserves_replay_with_steps_that_straddle_the_windows(step):
+    arm, motion = planar_arm.build(), planar_arm.motion()
+    model = em.MusculoskeletalModel(
+        arm.mbs,
+        0,
+        list(arm.muscles),
+        coordinates=["shoulder", "elbow"],
+        reserves=[em.Reserve("elbow", optimal_force=20.0)],
+    )
+    start_at(model, motion)
+    s = settings(step, 60 * 0.012)
+    s.timeIntegration.newton.relativeTolerance = 1e-10
+    cmc = plugin_run(model, em.CMCPlugin(model, motion, em.CMC(kp=KP)), s)
+    assert np.abs(cmc.reserves).max() > 0.5
+    for _ in range(2):  # a replay can be replayed
+        again = em.forward_dynamics(model, cmc.excitations, settings=em.Forward(step=step))
+        assert np.abs(again.coordinates - cmc.coordinates).max() < 1e-8
+        np.testing.assert_allclose(again.reserves[-1], cmc.reserves[-1], atol=1e-9)
+        cmc = again
+
+
 @pytest.mark.parametrize("name", ["window", "step"])
 def test_bad_settings_are_named(name):
     with pytest.raises(em.ParameterError, match=f"{name} = -1"):

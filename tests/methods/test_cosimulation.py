@@ -210,6 +210,9 @@ def test_a_reserve_takes_over_where_the_muscles_end():
     [
         ({"kp": -1.0}, "kp = -1.0 1/s.2 is outside"),
         ({"kp": np.nan}, "kp = nan"),
+        ({"kp": "100"}, "kp = '100'"),
+        ({"step": "0.01"}, "step = '0.01'"),
+        ({"kp": True}, "kp = True"),
         ({"kv": -2.0}, "kv = -2.0"),
         ({"step": 0.0}, "step = 0.0 s is outside"),
         ({"scheme": "full"}, "scheme = 'full' is not a Scheme"),

@@ -159,3 +159,25 @@ def test_a_bad_start_is_named(index, value, message):
     excitations = em.Excitations([0.0, 0.1], [[0.3, 0.3]], initial=tuple(start))
     with pytest.raises(em.ParameterError, match=message):
         em.forward_dynamics(pendulum.build(), excitations)
+
+
+@pytest.mark.filterwarnings("ignore::exudyn_muscles.UnmetTorqueWarning")
+def test_a_muscle_may_be_slack_at_the_start():
+    built = pendulum.build()
+    muscles = [
+        em.Muscle(
+            muscle.name,
+            max_isometric_force=3000.0,
+            optimal_fiber_length=0.15,
+            tendon_slack_length=0.237 if muscle.name == "left" else 0.16,
+            path=muscle.path,
+        )
+        for muscle in built.muscles
+    ]
+    model = em.MusculoskeletalModel(built.mbs, 0, muscles, coordinates=["theta"])
+    motion = em.Motion.from_waypoints([0.0, 0.5, 1.0], np.radians([235.0, 180.0, 235.0]))
+    csf = em.cosimulate(model, motion)
+    slack = csf.musculotendon_lengths[0, 0] < 0.237 + 0.2 * 0.15
+    assert slack
+    replay = em.forward_dynamics(model, csf.excitations)
+    assert replay.status is em.Status.COMPLETE
