@@ -36,6 +36,7 @@ from .errors import (
 )
 from .model import MusculoskeletalModel
 from .motion import Motion
+from .path.geometry import Geometry
 from .result import Counts, Recorder, Status, Trajectory
 from .skeleton import Skeleton, original, raise_as_itself
 
@@ -74,6 +75,7 @@ class Plugin(ABC):
     feeds_back = True  # the torque depends on the iterate, so that Newton's matrix has to know it
     a: np.ndarray
     F: np.ndarray
+    geometry: Geometry
     settings: object
     motion: Motion | None
 
@@ -98,9 +100,9 @@ class Plugin(ABC):
 
     @abstractmethod
     def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Set the muscles' state `a`, `F` (m,) at the start; return their torque (n,).
+        """Set the state `a`, `F` (m,) and `geometry` at the start; return the muscles' torque (n,).
 
-        `a` and `F` are the committed state from then on; only `accept` replaces them.
+        They are the committed state from then on; only `accept` replaces them.
         """
 
     @abstractmethod
@@ -153,7 +155,7 @@ class Plugin(ABC):
         UnmetTorqueWarning
             The muscles could not deliver the demanded torque; names the coordinates.
         """
-        cpu = time.process_time()
+        begun = time.process_time()
         mbs = self.model.mbs
         self.skeleton.open()
         try:
@@ -162,6 +164,7 @@ class Plugin(ABC):
             self.skeleton.close()
             raise
         self._reset()
+        self.record.begun = begun
         # What another run has left there must not be taken for this run's solver.
         solver_before = mbs.sys.pop("dynamicSolver", None)
         try:
@@ -186,7 +189,7 @@ class Plugin(ABC):
                 self.skeleton.close()
             if solver_before is not None:
                 mbs.sys.setdefault("dynamicSolver", solver_before)
-            self.record.cpu_time = time.process_time() - cpu
+            self.record.stop()
         warn_of_unmet_torque(self.record)
 
     def result(self) -> Trajectory:

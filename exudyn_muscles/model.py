@@ -73,10 +73,8 @@ class MusculoskeletalModel:
         announce_compilation(path_geometry)
         if not isinstance(mbs, exu.MainSystem):
             raise ModelError(f"mbs must be an exudyn.MainSystem, got {type(mbs).__name__}")
-        muscles, reserves = (
-            _listed("muscles", muscles, Muscle),
-            _listed("reserves", reserves, Reserve),
-        )
+        muscles = _listed("muscles", muscles, Muscle)
+        reserves = _listed("reserves", reserves, Reserve)
         self.skeleton = Skeleton(mbs, tree, coordinates)
         self.muscles = MuscleSet(muscles)
         self.paths = collect_paths(self.muscles, len(self.skeleton))

@@ -11,6 +11,7 @@ from enum import Enum
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from time import process_time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -27,10 +28,6 @@ if TYPE_CHECKING:
 PACKAGES = ("exudyn_muscles", "exudyn", "numpy", "scipy", "numba", "qpsolvers", "daqp", "osqp")
 FORMAT = "exudyn_muscles.Trajectory"
 FORMAT_VERSION = 1
-
-
-# Forces are compared relative to the largest tendon force of the reference.
-FORCE = 2e-4
 
 
 class Status(Enum):
@@ -144,7 +141,7 @@ POINTS = {
     "speeds": 1e-5,
     "accelerations": 1e-3,
     "activations": 2e-4,
-    "tendon_forces": FORCE,
+    "tendon_forces": 2e-4,
     "musculotendon_lengths": 1e-6,
     "fiber_lengths": 1e-5,
     "torques_delivered": 1e-2,
@@ -154,11 +151,13 @@ WINDOWS = {
     "excitations": 2e-4,
     "torques_demanded": 1e-3,
     "torques_unmet": 1e-2,
-    "force_min": FORCE,
-    "force_max": FORCE,
-    "force_optimal": FORCE,
+    "force_min": 2e-4,
+    "force_max": 2e-4,
+    "force_optimal": 2e-4,
     "reserves": 1e-3,
 }
+# Compared relative to the largest tendon force of the reference.
+FORCES = {"tendon_forces", "force_min", "force_max", "force_optimal"}
 OF_COORDINATES = {
     "coordinates", "speeds", "accelerations", "torques_delivered", "desired_coordinates",
     "torques_demanded", "torques_unmet",
@@ -317,7 +316,7 @@ class Trajectory:
         """
         scale = np.abs(reference.tendon_forces).max(initial=0.0)
         allowed = {
-            name: tolerance * scale if "force" in name else tolerance
+            name: tolerance * scale if name in FORCES else tolerance
             for name, tolerance in {**POINTS, **WINDOWS}.items()
         } | dict(tolerances or {})
         unknown = set(allowed) - set(POINTS) - set(WINDOWS)
@@ -461,7 +460,8 @@ class Recorder:
     ) -> None:
         self.status = Status.INCOMPLETE
         self.message = ""
-        self.cpu_time = 0.0
+        self.begun = process_time()
+        self._ended: float | None = None
         self.time: list[float] = []
         self.fell_short = False
         self.window_time: list[float] = []
@@ -505,8 +505,13 @@ class Recorder:
             if self.fell_short:
                 error.add_note(f"unmet torque before: {trajectory.unmet_torque_report()}")
 
+    def stop(self) -> None:
+        """The run is over: its CPU time counts up to here."""
+        self._ended = process_time()
+
     def trajectory(self) -> Trajectory:
         """Everything so far."""
+        ended = process_time() if self._ended is None else self._ended
         model = self._model
         n, m = len(model.coordinates), len(model.muscles)
         points = _stacked(self._points, (n, n, n, m, m, n))
@@ -547,7 +552,7 @@ class Recorder:
             status=self.status,
             message=self.message,
             counts=dataclasses.replace(self._counts),
-            cpu_time=self.cpu_time,
+            cpu_time=ended - self.begun,
             settings=_plain(self._settings),
             versions=dict(_versions()),
         )

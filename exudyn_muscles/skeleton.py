@@ -71,7 +71,6 @@ class Skeleton:
             )
         self.coordinates = tuple(names)
         self.tree = _read_tree(item, mbs)
-        self._user_torque = np.zeros(n)
         self.attach_views()
 
     @property

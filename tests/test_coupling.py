@@ -338,6 +338,7 @@ def test_exceptions_inside_surface_as_themselves(model, motion, error):
     assert partial.status is em.Status.INCOMPLETE
     assert partial.time[-1] == pytest.approx(0.3)
     assert error.trajectory.time[-1] == pytest.approx(0.3)
+    assert error.trajectory.cpu_time > 0.0
     # The mbs is usable at once.
     again = plugin_run(model, csf(model, motion), settings())
     assert again.status is em.Status.COMPLETE

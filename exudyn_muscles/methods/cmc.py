@@ -17,7 +17,13 @@ from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..path.geometry import Geometry
 from ..result import Trajectory
-from .control import Tracking, TrackingSettings, check_settings, check_step
+from .control import (
+    Tracking,
+    TrackingSettings,
+    check_settings,
+    check_step,
+    tracking_start,
+)
 from .recruiting import MuscleOptimization
 from .run import number_of_steps, simulate
 from .unified import UnifiedPlugin
@@ -123,10 +129,8 @@ class CMCPlugin(UnifiedPlugin):
         progress: Callable[[float], None] | None = None,
     ) -> None:
         check_settings(settings, CMC)
-        check_motion(motion, model.coordinates)
-        start = motion.start if start is None else start
+        start = tracking_start(model, motion, start)
         super().__init__(model, start, motion.end, settings, motion, progress)
-        model.check_lengths(motion(np.linspace(start, motion.end, 101))[0])
 
     def start_muscles(
         self, q: np.ndarray, v: np.ndarray, geometry: Geometry

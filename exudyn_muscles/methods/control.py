@@ -9,7 +9,8 @@ import numpy as np
 
 from ..checks import number_within
 from ..errors import ParameterError
-from ..motion import Motion
+from ..model import MusculoskeletalModel
+from ..motion import Motion, check_motion
 from ..muscle.window import DEFAULT_TOLERANCE, check_tolerance
 from ..recruitment.normalizers import Normalizer, ReachableMaximum
 from ..recruitment.optimization import Solver
@@ -85,6 +86,20 @@ def check_settings(settings: object, kind: type) -> None:
 def check_step(name: str, value: float) -> None:
     """Raise ParameterError unless a time step or window is positive and at most 1 s."""
     number_within(name, value, 1e-6, 1.0, "s")
+
+
+def tracking_start(model: MusculoskeletalModel, motion: Motion, start: float | None) -> float:
+    """Start of a run that tracks the motion from `start`, or from its beginning.
+
+    Raises
+    ------
+    MotionError, ParameterError
+        The motion does not fit the model, or muscles do not fit their paths in it.
+    """
+    check_motion(motion, model.coordinates)
+    start = motion.start if start is None else start
+    model.check_lengths(motion(np.linspace(start, motion.end, 101))[0])
+    return start
 
 
 class Tracking:

@@ -20,9 +20,15 @@ import numpy as np
 from ..coupling import Plugin
 from ..errors import ParameterError, StabilityWarning, warn
 from ..model import MusculoskeletalModel
-from ..motion import Motion, check_motion
+from ..motion import Motion
 from ..result import Trajectory
-from .control import Tracking, TrackingSettings, check_settings, check_step
+from .control import (
+    Tracking,
+    TrackingSettings,
+    check_settings,
+    check_step,
+    tracking_start,
+)
 from .recruiting import MuscleOptimization
 from .run import simulate
 
@@ -161,11 +167,9 @@ class CosimulationPlugin(Plugin):
         progress: Callable[[float], None] | None = None,
     ) -> None:
         check_settings(settings, Cosimulation)
-        check_motion(motion, model.coordinates)
-        start = motion.start if start is None else start
+        start = tracking_start(model, motion, start)
         self.method = settings.scheme.value
         super().__init__(model, start, motion.end, settings, motion, progress)
-        model.check_lengths(motion(np.linspace(start, motion.end, 101))[0])
         self._simplified = settings.scheme is Scheme.SIMPLIFIED
         self.feeds_back = not self._simplified
 
@@ -175,17 +179,17 @@ class CosimulationPlugin(Plugin):
         self._tracking = Tracking(self.motion, settings)
         M, bias = self.skeleton.dynamics_at(q, v, t)
         Q_m = M @ self._tracking.acceleration(t, t, q, v) + bias
-        self._geometry = self.model.geometry(q, v)
-        self.a, self.F, reserve = self._muscles.start(self._geometry, Q_m, self.record, t)
+        self.geometry = self.model.geometry(q, v)
+        self.a, self.F, reserve = self._muscles.start(self.geometry, Q_m, self.record, t)
         self._last_acceleration: tuple[np.ndarray, float] | None = None
-        return self.model.torque(self._geometry, self.F, reserve)
+        return self.model.torque(self.geometry, self.F, reserve)
 
     def ready(self, step: float) -> None:
         if self._simplified:
             warn_of_instability(self.settings, step)
 
     def open_step(self, t_0: float, t_1: float) -> None:
-        self._muscles.open(self.a, self.F, self._geometry, self.step)
+        self._muscles.open(self.a, self.F, self.geometry, self.step)
         self._waiting = True
         self._unmet = False
         if self.feeds_back:
@@ -266,7 +270,7 @@ class CosimulationPlugin(Plugin):
             self._muscles.limit(self._trial)
         _, self.a, self.F = self._muscles.excite(t_1)
         self.record.window(t_1, self._muscles.reserve, *self._muscles.row)
-        self._geometry = self._trial
+        self.geometry = self._trial
 
 
 def css_growth(kp: float, kv: float, step: float, predictor: Predictor) -> float:

@@ -65,9 +65,8 @@ class MuscleOptimization:
 
     def limit(self, geometry: Geometry) -> None:
         """Force limits (8), (9) at the window's end."""
-        before = self._forces.integrations
         self._low, self._high = self._forces.bounds(geometry.length, geometry.lengthening_speed)
-        self._counts.window_integrations += self._forces.integrations - before
+        self._counts.window_integrations = self._forces.integrations
 
     def excite(self, t: float) -> Excitation:
         """Excitations for the last recruitment, whose window ends at `t`.
@@ -78,9 +77,8 @@ class MuscleOptimization:
             The demand was out of reach and the settings ask for an error.
         """
         self._check_met(self._recruitment, t)
-        before = self._forces.integrations
         excitation = self._forces.excite(self._recruitment.force)
-        self._counts.window_integrations += self._forces.integrations - before
+        self._counts.window_integrations = self._forces.integrations
         force, self.reserve, _, unmet, _ = self._recruitment
         self.row = (excitation.excitation, self._demanded, unmet, self._low, force, self._high)
         return excitation

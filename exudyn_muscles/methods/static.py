@@ -6,7 +6,6 @@ excitations (11). The skeleton is not integrated.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -85,13 +84,12 @@ def static_optimization(
         settings = replace(settings, step=step)
     step = settings.step
     check_motion(motion, model.coordinates)
-    cpu = time.process_time()
+    counts = Counts()
+    record = Recorder("static", model, settings, counts, motion)
     steps = number_of_steps(motion.start, motion.end, step)
     times = motion.start + step * np.arange(steps + 1)
     q_d, v_d, a_d = motion(times)
     model.check_lengths(q_d)
-    counts = Counts()
-    record = Recorder("static", model, settings, counts, motion)
     muscles = MuscleOptimization(model, settings, counts)
     skeleton = model.skeleton
     if skeleton.others:
@@ -138,6 +136,6 @@ def static_optimization(
     finally:
         skeleton.close()
         skeleton.restore(before)
-        record.cpu_time = time.process_time() - cpu
+        record.stop()
     warn_of_unmet_torque(record)
     return record.trajectory()

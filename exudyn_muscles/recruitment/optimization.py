@@ -177,10 +177,12 @@ class Recruiter:
                 f"the demanded torques {Q_m} or the forces {F_max} N are not finite"
             )
         first, second = self._order
-        answer = ask(first, problem) or nearest(problem)
-        if answer is None or UNMET < problem.gap(answer[0]) < 1e-3:
-            # A small gap may be the first solver's own.
-            answer = ask(second, problem) or answer
+        answer = ask(first, problem)
+        if answer is None:
+            answer = nearest(problem)
+            if answer is None or UNMET < problem.gap(answer[0]) < 1e-3:
+                # A small gap may be the first solver's own.
+                answer = ask(second, problem) or answer
         if answer is None:
             raise RecruitmentError(
                 f"no recruitment found for the torques {Q_m} between the forces {F_min} and "
@@ -194,7 +196,7 @@ class Recruiter:
         if reserve.size:
             torque += self._columns @ x[m:]
         unmet = Q_m - torque
-        unmet[np.abs(unmet) <= UNMET * np.abs(problem.scale)] = 0.0
+        unmet[np.abs(unmet) <= UNMET * problem.scale] = 0.0
         return Recruitment(F, reserve, torque, unmet, residual)
 
 

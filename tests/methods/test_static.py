@@ -60,6 +60,7 @@ def test_a_failure_in_the_middle_keeps_what_was_found(case):
         em.static_optimization(model, motion, progress=progress)
     partial = caught.value.trajectory
     assert partial.status is em.Status.INCOMPLETE
+    assert partial.cpu_time > 0.0
     np.testing.assert_array_equal(partial.tendon_forces, static.tendon_forces[:51])
 
 
