@@ -36,9 +36,16 @@ from .methods.forward import Forward, ForwardPlugin, forward_dynamics
 from .methods.static import Static, static_optimization
 from .model import MusculoskeletalModel
 from .motion import Motion
-from .muscle.contraction import contraction_rate, equilibrium
+from .muscle.activation import ActivationDynamics
+from .muscle.dynamics import MuscleDynamics, muscle_dynamics, tendon_length
+from .muscle.equilibrium import Equilibrium, equilibrium
+from .muscle.laws.custom import CustomLaw
+from .muscle.laws.de_groote_fregly_2016 import DeGrooteFregly2016, DeGrooteFregly2016Published
+from .muscle.laws.law import HillCurves, MuscleLaw
+from .muscle.laws.millard_2012 import Millard2012
+from .muscle.laws.thelen_2003 import Thelen2003
 from .muscle.parameters import Muscle, MuscleSet
-from .muscle.window import WindowEnd, integrate_window
+from .muscle.window import Integrator, WindowEnd, integrate_window
 from .path.points import PathPoint
 from .recruitment.normalizers import MaximumIsometricForce, Normalizer, ReachableMaximum
 from .recruitment.optimization import Reserve, Solver
@@ -47,13 +54,18 @@ from .result import Counts, Difference, Excitations, Status, Trajectory
 __version__ = version("exudyn_muscles")
 
 __all__ = [
+    "ActivationDynamics",
     "CMC",
     "CMCPlugin",
     "Cosimulation",
     "CosimulationPlugin",
     "Counts",
+    "CustomLaw",
+    "DeGrooteFregly2016",
+    "DeGrooteFregly2016Published",
     "Difference",
     "DisplayError",
+    "Equilibrium",
     "Excitations",
     "ExudynMusclesError",
     "ExudynMusclesWarning",
@@ -61,12 +73,17 @@ __all__ = [
     "Forward",
     "ForwardPlugin",
     "FrozenBodiesWarning",
+    "HillCurves",
     "IncompleteRunWarning",
+    "Integrator",
     "MaximumIsometricForce",
+    "Millard2012",
     "ModelError",
     "Motion",
     "MotionError",
     "Muscle",
+    "MuscleDynamics",
+    "MuscleLaw",
     "MuscleSet",
     "MusculoskeletalModel",
     "Normalizer",
@@ -86,18 +103,20 @@ __all__ = [
     "StartWarning",
     "Static",
     "Status",
+    "Thelen2003",
     "Trajectory",
     "UnmetTorqueError",
     "UnmetTorqueWarning",
     "WindowEnd",
     "WindowError",
     "computed_muscle_control",
-    "contraction_rate",
     "cosimulate",
     "equilibrium",
     "forward_dynamics",
     "integrate_window",
+    "muscle_dynamics",
     "plot",
     "static_optimization",
+    "tendon_length",
     "view",
 ]

@@ -1,4 +1,4 @@
-"""The command line: `exudyn-muscles run`, `compare` and `check`.
+"""The command line: `exudyn-muscles run`, `compare`, `check` and `curves`.
 
 Angles are in degrees here and nowhere else in the package.
 """
@@ -6,6 +6,7 @@ Angles are in degrees here and nowhere else in the package.
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import importlib.util
 import json
 import math
@@ -14,8 +15,10 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 # What is slow to import is imported by the command that needs it, so that --help is quick.
@@ -24,10 +27,12 @@ if TYPE_CHECKING:
 
     from .model import MusculoskeletalModel
     from .motion import Motion
+    from .muscle.laws.law import MuscleLaw
     from .result import Trajectory
 
 PROGRAM = "exudyn-muscles"
 METHODS = {"static": "Static", "cmc": "CMC", "csf": "CSF", "css": "CSS"}
+LAWS = ("DeGrooteFregly2016", "DeGrooteFregly2016Published", "Thelen2003", "Millard2012")
 DIFFER, FAILED, INTERRUPTED = 1, 2, 130
 
 # The paper's step, and the gain that its Table 2 implies.
@@ -181,6 +186,18 @@ def _check(arguments: argparse.Namespace) -> int:
     return DIFFER
 
 
+def _curves(arguments: argparse.Namespace) -> int:
+    law = load_law(arguments.law)
+    if arguments.fiber_damping is not None:
+        law = _damped(law, arguments.fiber_damping)
+    file = arguments.out if arguments.out.suffix else arguments.out.with_suffix(".png")
+    _folder(file.parent)
+    from . import plot
+
+    _save_figure(partial(plot.curves, elastic=not arguments.rigid), (law,), file)
+    return 0
+
+
 # What they are made of.
 
 
@@ -202,44 +219,106 @@ def load_model(file: Path) -> tuple[MusculoskeletalModel, Motion]:
     from .model import MusculoskeletalModel
     from .motion import Motion
 
-    if not file.is_file():
-        raise FileNotFoundError(f"{file}: there is no such model file")
-    name = f"_exudyn_muscles_model_{file.stem}"
-    spec = importlib.util.spec_from_file_location(name, file)
-    if spec is None or spec.loader is None:
-        raise ModelError(f"{file}: a model file is a Python file, ending in .py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses and pickle look it up there
-    sys.path.insert(0, str(file.resolve().parent))
     parts: list[Any] = []
-    where = "importing it"
-    try:
-        spec.loader.exec_module(module)
+    with _imported(file, "model") as module:
         for function, kind in (("build", MusculoskeletalModel), ("motion", Motion)):
             if not callable(getattr(module, function, None)):
                 raise ModelError(f"{file}: a model file defines {function}() -> {kind.__name__}")
-            where = f"{function}()"
-            parts.append(getattr(module, function)())
+            with _blamed(file, f"{function}()"):
+                parts.append(getattr(module, function)())
             if not isinstance(parts[-1], kind):
                 raise ModelError(
-                    f"{file}: {where} has to return a {kind.__name__}, it returned "
+                    f"{file}: {function}() has to return a {kind.__name__}, it returned "
                     f"{type(parts[-1]).__name__}"
                 )
+    return parts[0], parts[1]
+
+
+def load_law(text: str) -> MuscleLaw:
+    """A muscle law by its name, with its default numbers, or `FILE.py:NAME`.
+
+    Parameters
+    ----------
+    text : str
+        One of `LAWS`, or a Python file, which may import modules beside it, and a name in it.
+
+    Raises
+    ------
+    FileNotFoundError
+    ParameterError
+        There is no law of that name.
+    ModelError
+        The file cannot be imported, or what it calls by that name is not a law.
+    """
+    from .errors import ModelError, ParameterError
+    from .muscle.laws.law import MuscleLaw
+
+    path, colon, name = text.rpartition(":")
+    if not colon:
+        if text not in LAWS:
+            raise ParameterError(f"--law {text}: expected {', '.join(LAWS)} or FILE.py:NAME")
+        import exudyn_muscles
+
+        return getattr(exudyn_muscles, text)()
+    file = Path(path)
+    with _imported(file, "law") as module:
+        law = getattr(module, name, None)
+    if not isinstance(law, MuscleLaw):
+        raise ModelError(f"{file}: {name} has to be a MuscleLaw, it is {law!r}")
+    return law
+
+
+def _damped(law: MuscleLaw, fiber_damping: float) -> MuscleLaw:
+    """The law with another damper."""
+    from .errors import ParameterError
+
+    try:
+        return dataclasses.replace(law, fiber_damping=fiber_damping)  # type: ignore[type-var]
+    except TypeError:
+        raise ParameterError(
+            f"--fiber-damping {fiber_damping:g}: {type(law).__name__} has no damper"
+        ) from None
+
+
+@contextmanager
+def _imported(file: Path, noun: str) -> Iterator[ModuleType]:
+    """The module of a user's file, which can import those beside it."""
+    from .errors import ModelError
+
+    if not file.is_file():
+        raise FileNotFoundError(f"{file}: there is no such {noun} file")
+    name = f"_exudyn_muscles_{noun}_{file.stem}"
+    spec = importlib.util.spec_from_file_location(name, file)
+    if spec is None or spec.loader is None:
+        raise ModelError(f"{file}: a {noun} file is a Python file, ending in .py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses and pickle look it up there
+    sys.path.insert(0, str(file.resolve().parent))
+    try:
+        with _blamed(file, "importing it"):
+            spec.loader.exec_module(module)
+        yield module
+    finally:
+        sys.path.remove(str(file.resolve().parent))
+
+
+@contextmanager
+def _blamed(file: Path, where: str) -> Iterator[None]:
+    """Whatever fails within becomes a ModelError that names the file and its line."""
+    from .errors import ModelError
+
+    try:
+        yield
     except (Exception, SystemExit) as error:
-        if isinstance(error, ModelError) and str(error).startswith(f"{file}: "):
-            raise
         lines = [
             frame.lineno
             for frame in traceback.extract_tb(error.__traceback__)
-            if frame.filename == spec.origin
+            if Path(frame.filename) == file.absolute()
         ]
         line = f", line {lines[-1]}" if lines else ""
         raise ModelError(
             f"{file}{line}: {where} failed: {type(error).__name__}: {error}"
         ) from error
-    finally:
-        sys.path.remove(str(file.resolve().parent))
-    return parts[0], parts[1]
 
 
 def _method(
@@ -499,13 +578,13 @@ def _save(trajectory: Trajectory, file: Path) -> None:
     print(f"wrote {file}")
 
 
-def _save_figure(draw: Callable, trajectories: Sequence[Trajectory], file: Path) -> None:
+def _save_figure(draw: Callable, shown: Sequence[Any], file: Path) -> None:
     import matplotlib
 
     matplotlib.use("Agg")  # no window, whatever the user's settings say
     import matplotlib.pyplot as plt
 
-    drawn = draw(*trajectories)
+    drawn = draw(*shown)
     figure = drawn if hasattr(drawn, "savefig") else drawn[0].get_figure(root=True)
     figure.savefig(file, dpi=200)
     plt.close(figure)
@@ -679,6 +758,31 @@ def _parser() -> argparse.ArgumentParser:
         default=[],
         help="largest absolute difference allowed in a quantity, instead of its default; angles "
         "are in rad, as in the files",
+    )
+
+    curves = command(
+        "curves",
+        _curves,
+        "draw the curves of a muscle law and their derivatives",
+        f"example: {PROGRAM} curves --law Millard2012 --fiber-damping 0 --out millard.png\n"
+        f"         {PROGRAM} curves --law my_law.py:law",
+    )
+    curves.add_argument(
+        "--law",
+        metavar="NAME",
+        required=True,
+        help=f"{', '.join(LAWS)}, or FILE.py:NAME for a law of your own",
+    )
+    curves.add_argument(
+        "--fiber-damping", metavar="BETA", type=float, help="damping [1]; default: the law's own"
+    )
+    curves.add_argument("--rigid", action="store_true", help="curves of units with a rigid tendon")
+    curves.add_argument(
+        "--out",
+        metavar="FILE",
+        type=Path,
+        default=Path("curves.png"),
+        help="figure, whose ending says its format; default curves.png",
     )
     return parser
 

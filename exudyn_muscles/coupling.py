@@ -74,7 +74,7 @@ class Plugin(ABC):
     method: str
     feeds_back = True  # the torque depends on the iterate, so that Newton's matrix has to know it
     a: np.ndarray
-    F: np.ndarray
+    l_t: np.ndarray
     geometry: Geometry
     settings: object
     motion: Motion | None
@@ -100,7 +100,7 @@ class Plugin(ABC):
 
     @abstractmethod
     def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Set the state `a`, `F` (m,) and `geometry` at the start; return the muscles' torque (n,).
+        """Set the state `a`, `l_t` (m,) and `geometry` at the start; return the muscles' torque (n,).
 
         They are the committed state from then on; only `accept` replaces them.
         """
@@ -285,7 +285,7 @@ class Plugin(ABC):
     def _point(self, t: float) -> None:
         skeleton = self.skeleton
         self.record.point(
-            t, skeleton.q.copy(), skeleton.v.copy(), skeleton.acceleration.copy(), self.a, self.F,
+            t, skeleton.q.copy(), skeleton.v.copy(), skeleton.acceleration.copy(), self.a, self.l_t,
             skeleton.applied,
         )  # fmt: skip
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -15,15 +15,31 @@ from numba import njit
 SOURCES = ("kernel.py", "muscle", "path", "recruitment", "methods/unified.py")
 
 
-def kernel(function: Callable) -> Any:
+def kernel(
+    function: Callable | None = None, *, inline: bool = False, allocates: bool = False
+) -> Any:
     """Compile with numba at the first call, and keep the result on disk.
 
     numba forgets a stored kernel when its own file changes, but not when another file does whose
     kernels or constants it contains. Here it is kept for as long as no kernel source changes at
     all.
+
+    Parameters
+    ----------
+    function : callable
+    inline : bool
+        Every caller gets a copy of its own: for what inner loops call.
+    allocates : bool
+        It makes arrays. Others do without the reference counts of the arrays that they are given,
+        which took more than half of the time.
     """
+    if function is None:
+        return partial(kernel, inline=inline, allocates=allocates)
     # Reciprocals and fused multiply-adds save a sixth; NaN and infinity keep their meaning.
-    dispatcher = njit(cache=True, error_model="numpy", fastmath={"arcp", "contract"})(function)
+    dispatcher = njit(
+        cache=True, error_model="numpy", fastmath={"arcp", "contract"}, forceinline=inline,
+        _nrt=allocates,
+    )(function)  # fmt: skip
     # Without numba's attribute (or with its compiler switched off) its own rule has to do.
     with suppress(AttributeError):
         cache_file = dispatcher._cache._cache_file

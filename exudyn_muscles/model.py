@@ -9,6 +9,7 @@ import numpy as np
 
 from .compilation import announce_compilation
 from .errors import ModelError, ParameterError, PathWarning, warn
+from .muscle.dynamics import tendon_forces
 from .muscle.parameters import Muscle, MuscleSet
 from .path.geometry import Geometry, compile_geometry, path_geometry
 from .path.points import collect_paths
@@ -98,8 +99,15 @@ class MusculoskeletalModel:
         """Names of the n coordinates."""
         return self.skeleton.coordinates
 
-    def torque(self, geometry: Geometry, F: np.ndarray, reserve: np.ndarray) -> np.ndarray:
-        """Torques (n,) of tendon forces `F` (m,) and reserves (r,); slack tendons do not push."""
+    def torque(
+        self, geometry: Geometry, a: np.ndarray, l_t: np.ndarray, reserve: np.ndarray
+    ) -> np.ndarray:
+        """Torques (n,) of muscles in the state a, l_t (m,) and reserves (r,); slack tendons do not
+        push."""
+        F = np.empty(a.size)
+        tendon_forces(
+            self.muscles.units, a, l_t, geometry.length, geometry.lengthening_speed, F
+        )
         torque = geometry.moment_arms.T @ np.maximum(F, 0.0)
         if reserve.size:
             torque += self.reserve_columns @ reserve

@@ -1,4 +1,5 @@
-"""Figures of trajectories: tracking errors, excitations, activations, and forces in their bounds.
+"""Figures of trajectories: tracking errors, excitations, activations, and forces in their bounds;
+and of muscles: the curves of their laws, and the force over length and velocity of the fibre.
 
 Every function draws into the given matplotlib axes or into a new figure and returns the axes. Here
 radians become degrees.
@@ -9,12 +10,18 @@ one given `Axes` have a color each, and methods the line styles.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import Field, fields, is_dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from .checks import number_within
 from .errors import ParameterError
+from .muscle.curves import Curve
+from .muscle.laws.custom import CustomLaw
+from .muscle.laws.law import MuscleLaw
+from .muscle.parameters import Muscle
 from .result import Trajectory
 
 if TYPE_CHECKING:
@@ -45,6 +52,25 @@ ALONE = 1.8  # pt
 PAGE_WIDTH = 7.0  # in
 ROW_HEIGHT = 2.1  # in
 EXTRA_HEIGHT = 0.6  # in, for legend and time axis
+
+# Panels of the curves of a law, title and axis. Curves are drawn over the range in which muscles
+# work, those of passive forces up to the highest force of interest.
+PANELS = {
+    "active_force_length": ("active force-length curve $f_l$", "fiber length / optimal length"),
+    "force_velocity": ("force-velocity curve $f_v$", "fiber velocity / maximum velocity"),
+    "passive_force_length": ("passive curve $f_\\mathrm{PE}$", "fiber length / optimal length"),
+    "tendon_force_length": ("tendon curve $f_\\mathrm{SE}$", "tendon length / slack length"),
+}
+LENGTHS, VELOCITIES = (0.4, 1.6), (-1.0, 1.0)  # of the fibre, normalised
+MARGIN = 0.1  # shown of a passive curve before it rises, and beyond the fastest fibre
+HIGHEST = 1.5  # passive force over the maximum isometric force
+SAMPLES = 801
+GRID = 201
+DERIVATIVE: dict[str, Any] = {"linestyle": (0, (4, 2)), "alpha": 0.6}
+LOWER = 0.8  # height of derivatives beside their curves
+LEVELS = np.arange(0.0, 2.01, 0.1)
+
+Function = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 class _Style(NamedTuple):
@@ -258,6 +284,141 @@ def comparison(*trajectories: Trajectory) -> Figure:
     return figure
 
 
+def curves(
+    *laws: MuscleLaw, elastic: bool = True, axes: Sequence[Axes] | np.ndarray | None = None
+) -> np.ndarray:
+    """The four curves of muscle laws and, dashed, their derivatives, with their scale on the right.
+
+    Parameters
+    ----------
+    *laws : MuscleLaw
+    elastic : bool
+        Curves of units with an elastic tendon; False: with a rigid one, without the tendon's panel.
+    axes : sequence of four (or three) Axes, optional
+        Where to draw; a new figure if left out.
+
+    Returns
+    -------
+    (4,) or (3,) ndarray of Axes
+        The panels of f_l, f_v, f_PE and, if a law has one, f_SE. The axes of the derivatives are
+        the further ones of the figure.
+
+    Raises
+    ------
+    ParameterError
+        There is no law, or the axes do not fit.
+
+    Examples
+    --------
+    >>> import exudyn_muscles as em
+    >>> axes = em.plot.curves(em.Millard2012(), em.Thelen2003())
+    >>> axes[0].figure.savefig("curves.png")  # doctest: +SKIP
+    """
+    if not laws:
+        raise ParameterError("there is no muscle law to draw")
+    for law in laws:
+        if not isinstance(law, MuscleLaw):
+            raise ParameterError(f"a muscle law is drawn, got {law!r}")
+    functions = [_law_functions(law, elastic) for law in laws]
+    names = [name for name in PANELS if any(name in found for found in functions)]
+    panels = _law_panels(names, axes)
+    for name, panel in zip(names, panels, strict=True):
+        drawn = {k: found[name] for k, found in enumerate(functions) if name in found}
+        x = np.linspace(*_shown(name, drawn.values()), SAMPLES)
+        both = np.array([function(x) for function in drawn.values()])
+        right = panel.twinx()
+        for k, (value, slope) in zip(drawn, both, strict=True):
+            color = COLORS[k % len(COLORS)]
+            panel.plot(x, value, color=color, linewidth=ALONE)
+            right.plot(x, slope, color=color, linewidth=ALONE, **DERIVATIVE)
+        # One zero for both, and derivatives that stay lower: those of exponentials look alike.
+        value, slope = both[:, 0], both[:, 1]
+        top = value.max() or 1.0
+        scale = (slope.max() or 1.0) / (LOWER * top)
+        limits = np.array([min(value.min(), slope.min() / scale), top])
+        limits += MARGIN * np.ptp(limits) * np.array([-0.5, 0.5])
+        panel.set_ylim(limits)
+        right.set_ylim(scale * limits)
+        title, length = PANELS[name]
+        panel.set_title(title, fontsize="medium")
+        panel.set(xlabel=length, ylabel="force / $F^0$ [-]")
+        right.set_ylabel("derivative [-]")
+        right.spines["top"].set_visible(False)
+        _tidy(panel)
+    labels = [_law_name(law) + ("" if elastic else ", rigid tendon") for law in laws]
+    entries = {label: _sample(COLORS[k % len(COLORS)]) for k, label in enumerate(labels)}
+    entries["derivative, scale on the right"] = _sample("0.2", **DERIVATIVE)
+    _legend(panels, entries, columns=2)
+    return panels
+
+
+def muscle(
+    unit: Muscle,
+    trajectory: Trajectory | None = None,
+    *,
+    activation: float = 1.0,
+    axes: Axes | None = None,
+) -> Axes:
+    """Force of a muscle's fibre over its length and velocity, and the path of a motion in it.
+
+    Parameters
+    ----------
+    unit : Muscle
+    trajectory : Trajectory, optional
+        Of a motion in which the muscle takes part; its fibre lengths and their rates are drawn as a
+        line that starts at a dot. The force under the line is that at `activation`, not its own.
+    activation : float
+        Of the force (a f_l f_v + f_PE + beta v) F0 that the colors show.
+    axes : Axes, optional
+        Where to draw; a new figure if left out.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    ParameterError
+        The trajectory does not contain the muscle or has less than two time points, or the
+        activation is outside [0, 1].
+
+    Examples
+    --------
+    >>> import exudyn_muscles as em
+    >>> unit = em.Muscle("unit", max_isometric_force=1000, optimal_fiber_length=0.1,
+    ...                  tendon_slack_length=0.2)
+    >>> em.plot.muscle(unit, activation=0.5).get_title()
+    'unit, activation 0.5'
+    """
+    if not isinstance(unit, Muscle):
+        raise ParameterError(f"a Muscle is drawn, got {unit!r}")
+    number_within("activation", activation, 0.0, 1.0)
+    path = None if trajectory is None else _fiber_path(unit, trajectory)
+    if axes is None:
+        import matplotlib.pyplot as plt
+
+        _, axes = plt.subplots(figsize=(PAGE_WIDTH, 0.7 * PAGE_WIDTH), layout="constrained")
+    lengths, velocities = _range_of(LENGTHS, path, 0), _range_of(VELOCITIES, path, 1)
+    x, v = np.linspace(*lengths, GRID), np.linspace(*velocities, GRID)
+    force = _fiber_force(unit, activation, x, v)
+    filled = axes.contourf(x, v, force, LEVELS, extend="both", cmap="viridis")
+    lines = axes.contour(x, v, force, LEVELS[::2], colors="white", linewidths=0.6)
+    axes.clabel(lines, fmt="%.1f", fontsize="small")
+    axes.figure.colorbar(filled, ax=axes, ticks=LEVELS[::2], label="fiber force / $F^0$ [-]")
+    if path is not None:
+        from matplotlib.patheffects import withStroke
+
+        around = [withStroke(linewidth=2.0 * ALONE, foreground="white")]
+        axes.plot(*path, color="black", linewidth=ALONE, path_effects=around)
+        axes.plot(*path[:, 0], color="black", marker="o", path_effects=around)
+    axes.set(
+        title=f"{unit.name}, activation {activation:g}",
+        xlabel="fiber length / optimal length [-]",
+        ylabel="fiber velocity / maximum velocity [-], lengthening positive",
+    )
+    return axes
+
+
 class _Panels:
     """The axes of named panels; `shared` if they are all the same one."""
 
@@ -311,10 +472,7 @@ class _Panels:
         """Labels, titles, limits, legend; the axes."""
         panels = self.axes[:1] if self.shared else self.axes
         for k, panel in enumerate(panels):
-            panel.margins(x=0.0)
-            panel.grid(True, color="0.88", linewidth=0.8)
-            panel.set_axisbelow(True)
-            panel.spines[["top", "right"]].set_visible(False)
+            _tidy(panel)
             place = panel.get_subplotspec()
             if bottom is not None:
                 panel.set_ylim(bottom=bottom)
@@ -326,24 +484,124 @@ class _Panels:
                 panel.locator_params(axis="x", nbins=4, steps=[1, 2, 5, 10])
             if len(self.names) > 1 and not self.shared:
                 panel.set_title(self.names[k], fontsize="medium")
-        self._legend(panels)
+        _legend(panels, self._entries)
         return self.axes
 
-    def _legend(self, panels: np.ndarray) -> None:
-        """One legend for all panels, above them where the layout makes room for it."""
-        figure: Figure | SubFigure = panels[0].figure
-        entries: dict[str, Any] = {
-            "handles": list(self._entries.values()),
-            "labels": list(self._entries),
-            "handlelength": 3.2,
-        }
-        engine = panels[0].get_figure(root=True).get_layout_engine()
-        if isinstance(engine, _constrained_layout()):
-            columns = len(self._entries) if len(self._entries) <= 5 else 4
-            figure.align_ylabels(list(panels))
-            figure.legend(loc="outside upper center", ncols=columns, frameon=False, **entries)
-        else:
-            panels[0].legend(**entries)
+
+def _law_functions(law: MuscleLaw, elastic: bool) -> dict[str, Function]:
+    """Value and derivative of each of the law's curves over normalised length or velocity."""
+    found = law.curves(elastic)
+    functions = {name: _with_derivative(getattr(found, name)) for name in list(PANELS)[:3]}
+    if elastic and found.tendon_force_length is not None:
+        strain = law.tendon_strain_at_one_norm_force or 1.0
+        functions["tendon_force_length"] = _with_derivative(found.tendon_force_length, 1.0, strain)
+    return functions
+
+
+def _with_derivative(curve: Curve, origin: float = 0.0, scale: float = 1.0) -> Function:
+    def function(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        s = (x - origin) / scale
+        return curve(s), curve.derivative(s) / scale
+
+    return function
+
+
+def _law_panels(names: Sequence[str], axes: Sequence[Axes] | np.ndarray | None) -> np.ndarray:
+    if axes is None:
+        import matplotlib.pyplot as plt
+
+        height = EXTRA_HEIGHT + 2 * 1.3 * ROW_HEIGHT
+        _, grid = plt.subplots(2, 2, figsize=(PAGE_WIDTH, height), layout="constrained")
+        return _without_spare(grid, len(names))
+    panels = np.array(axes, dtype=object).ravel()
+    if panels.size != len(names):
+        raise ParameterError(f"axes: give one for each of {', '.join(names)}; got {panels.size}")
+    return panels
+
+
+def _shown(name: str, functions: Iterable[Function]) -> tuple[float, float]:
+    """Range of a panel."""
+    if name == "active_force_length":
+        return LENGTHS
+    if name == "force_velocity":
+        return VELOCITIES
+    x = np.linspace(1.0, 2.0, 1001)
+    high = min(x[np.searchsorted(value(x)[0], HIGHEST).clip(max=1000)] for value in functions)
+    return (LENGTHS[0] if name == "passive_force_length" else 1.0 - MARGIN * (high - 1.0)), high
+
+
+def _law_name(law: MuscleLaw) -> str:
+    """The name of the user's law, or the class and what is not its default."""
+    if isinstance(law, CustomLaw):
+        return law.name
+    given: tuple[Field, ...] = fields(law) if is_dataclass(law) else ()
+    values = [(one.name, getattr(law, one.name), one.default) for one in given]
+    numbers = [f"{name} = {value}" for name, value, default in values if value != default]
+    return ", ".join([type(law).__name__, *numbers])
+
+
+def _fiber_path(unit: Muscle, trajectory: Trajectory) -> np.ndarray:
+    """Rows l_m / l_m0 and l_m' / (v_max l_m0) of a muscle in a motion (2, T)."""
+    if unit.name not in trajectory.muscle_names:
+        raise ParameterError(
+            f"muscle '{unit.name}' is not in the trajectory, whose muscles are "
+            f"{', '.join(trajectory.muscle_names)}"
+        )
+    if len(trajectory.time) < 2:
+        raise ParameterError(
+            f"a trajectory of method '{trajectory.method}' has {len(trajectory.time)} time points: "
+            "a path needs two"
+        )
+    i = trajectory.muscle_names.index(unit.name)
+    length = trajectory.fiber_lengths[:, i] / unit.optimal_fiber_length
+    return np.array([length, np.gradient(length, trajectory.time) / unit.max_contraction_velocity])
+
+
+def _fiber_force(unit: Muscle, a: float, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Fibre force over F0 at all pairs of normalised length and velocity, (v, x)."""
+    law = unit.law
+    found = law.curves(not unit.ignore_tendon_compliance)
+    reach = law.speed_without_activation + (1.0 - law.speed_without_activation) * a
+    active = np.outer(found.force_velocity(v / reach), found.active_force_length(x))
+    return a * active + found.passive_force_length(x) + law.fiber_damping * v[:, None]
+
+
+def _range_of(usual: tuple[float, float], path: np.ndarray | None, row: int) -> tuple[float, float]:
+    """The usual range, wider if the path leaves it."""
+    values = np.array(usual) if path is None else np.append(path[row], usual)
+    return values.min(), values.max()
+
+
+def _sample(color: str, **line: Any) -> Artist:
+    """A line for a legend."""
+    from matplotlib.lines import Line2D
+
+    return Line2D([], [], color=color, linewidth=ALONE, **line)
+
+
+def _tidy(panel: Axes) -> None:
+    """What all panels look like."""
+    panel.margins(x=0.0)
+    panel.grid(True, color="0.88", linewidth=0.8)
+    panel.set_axisbelow(True)
+    panel.spines[["top", "right"]].set_visible(False)
+
+
+def _legend(panels: np.ndarray, entries: dict[str, Artist], columns: int | None = None) -> None:
+    """One legend for all panels, above them where the layout makes room for it."""
+    figure: Figure | SubFigure = panels[0].figure
+    options: dict[str, Any] = {
+        "handles": list(entries.values()),
+        "labels": list(entries),
+        "handlelength": 3.2,
+    }
+    engine = panels[0].get_figure(root=True).get_layout_engine()
+    if isinstance(engine, _constrained_layout()):
+        columns = columns or (len(entries) if len(entries) <= 5 else 4)
+        figure.align_ylabels(list(panels))
+        figure.legend(loc="outside upper center", ncols=columns, frameon=False, **options)
+    else:
+        panels[0].legend(**options)
 
 
 def _constrained_layout() -> type:

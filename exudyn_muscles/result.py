@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from .errors import ParameterError, ResultFileError
-from .muscle.contraction import fiber_lengths
+from .muscle.dynamics import fiber_lengths, tendon_forces
 
 if TYPE_CHECKING:
     import pandas
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 PACKAGES = ("exudyn_muscles", "exudyn", "numpy", "scipy", "numba", "qpsolvers", "daqp", "osqp")
 FORMAT = "exudyn_muscles.Trajectory"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 
 
 class Status(Enum):
@@ -75,7 +75,7 @@ class Excitations:
     reserves : (k + 1, r) ndarray
         Reserve torques at the windows' ends, linear in between [N m].
     initial : tuple of ndarray or None
-        q (n,), q' (n,), a (m,) and F (m,) at the start, if known.
+        q (n,), q' (n,), a (m,) and l_t (m,) at the start, if known.
 
     Raises
     ------
@@ -143,6 +143,7 @@ POINTS = {
     "activations": 2e-4,
     "tendon_forces": 2e-4,
     "musculotendon_lengths": 1e-6,
+    "tendon_lengths": 1e-5,
     "fiber_lengths": 1e-5,
     "torques_delivered": 1e-2,
     "desired_coordinates": 1e-9,
@@ -177,8 +178,8 @@ class Trajectory:
         q [rad or m], q', q''.
     activations, tendon_forces : (T, m) ndarray
         a and F [N].
-    musculotendon_lengths, fiber_lengths : (T, m) ndarray
-        l and l_m [m].
+    musculotendon_lengths, tendon_lengths, fiber_lengths : (T, m) ndarray
+        l, l_t and l_m [m].
     torques_delivered : (T, n) ndarray
         What the skeleton got, J_m F with the reserves [N m]. CSS takes both from the predicted
         state, so that they differ from those of the recorded forces by the order of its error.
@@ -219,6 +220,7 @@ class Trajectory:
     activations: np.ndarray
     tendon_forces: np.ndarray
     musculotendon_lengths: np.ndarray
+    tendon_lengths: np.ndarray
     fiber_lengths: np.ndarray
     torques_delivered: np.ndarray
     desired_coordinates: np.ndarray
@@ -248,8 +250,8 @@ class Trajectory:
     @property
     def excitations(self) -> Excitations:
         """The excitations, with the start that belongs to them: `forward_dynamics` replays them."""
-        q, v, a, F = self.coordinates, self.speeds, self.activations, self.tendon_forces
-        initial = (q[0], v[0], a[0], F[0])
+        q, v, a, l_t = self.coordinates, self.speeds, self.activations, self.tendon_lengths
+        initial = (q[0], v[0], a[0], l_t[0])
         return Excitations(self.window_time, self.excitation_values, self.reserves, initial)
 
     def tracking_errors(self) -> np.ndarray:
@@ -479,7 +481,7 @@ class Recorder:
         self.fell_short = bool(unmet.any())
 
     def point(self, t: float, *row: np.ndarray) -> None:
-        """q, q', q'', a, F and delivered torque at the accepted time `t`."""
+        """q, q', q'', a, l_t and delivered torque at the accepted time `t`."""
         self.time.append(t)
         self._points.append(row)
 
@@ -516,11 +518,13 @@ class Recorder:
         n, m = len(model.coordinates), len(model.muscles)
         points = _stacked(self._points, (n, n, n, m, m, n))
         windows = _stacked(self._windows, (m, n, n, m, m, m))
-        q, v, a, activation, force, delivered = points
-        lengths = np.array([model.geometry(row, row).length for row in q])
-        fibers = [
-            fiber_lengths(model.muscles.table, *pair) for pair in zip(force, lengths, strict=True)
-        ]
+        q, v, a, activation, tendon, delivered = points
+        geometry = [model.geometry(*row) for row in zip(q, v, strict=True)]
+        lengths = np.array([row.length for row in geometry])
+        force, fiber = np.empty((2, *tendon.shape))
+        for k, (l, l_rate, _) in enumerate(geometry):
+            tendon_forces(model.muscles.units, activation[k], tendon[k], l, l_rate, force[k])
+            fiber_lengths(model.muscles.units, tendon[k], l, fiber[k])
         time = np.array(self.time)
         desired = np.full_like(q, np.nan) if self._motion is None else self._motion(time)[0]
         u, demanded, unmet, low, optimal, high = windows
@@ -537,7 +541,8 @@ class Recorder:
             activations=activation,
             tendon_forces=force,
             musculotendon_lengths=lengths,
-            fiber_lengths=np.array(fibers),
+            tendon_lengths=tendon,
+            fiber_lengths=fiber,
             torques_delivered=delivered,
             desired_coordinates=desired,
             window_time=np.array(self.window_time),

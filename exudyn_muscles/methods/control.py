@@ -11,7 +11,7 @@ from ..checks import number_within
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
-from ..muscle.window import DEFAULT_TOLERANCE, check_tolerance
+from ..muscle.window import DEFAULT_TOLERANCE, Integrator, check_integration
 from ..recruitment.normalizers import Normalizer, ReachableMaximum
 from ..recruitment.optimization import Solver
 
@@ -28,6 +28,8 @@ class RecruitmentSettings:
         Of the quadratic program.
     window_tolerance : float
         Of the muscle integration, over F0.
+    integrator : Integrator
+        Of the muscles over a window.
     raise_on_unmet_torque : bool
         Stop with UnmetTorqueError instead of recording and going on.
 
@@ -40,10 +42,11 @@ class RecruitmentSettings:
     normalizer: Normalizer = ReachableMaximum()  # noqa: RUF009 (frozen, too)
     solver: Solver = Solver.DAQP
     window_tolerance: float = DEFAULT_TOLERANCE
+    integrator: Integrator = Integrator.TRAPEZOIDAL
     raise_on_unmet_torque: bool = False
 
     def __post_init__(self) -> None:
-        check_tolerance(self.window_tolerance)
+        check_integration(self.window_tolerance, self.integrator)
         if not isinstance(self.solver, Solver):
             raise ParameterError(f"solver = {self.solver!r} is not one of {list(Solver)}")
         if not callable(self.normalizer):

@@ -180,16 +180,16 @@ class CosimulationPlugin(Plugin):
         M, bias = self.skeleton.dynamics_at(q, v, t)
         Q_m = M @ self._tracking.acceleration(t, t, q, v) + bias
         self.geometry = self.model.geometry(q, v)
-        self.a, self.F, reserve = self._muscles.start(self.geometry, Q_m, self.record, t)
+        self.a, self.l_t, reserve = self._muscles.start(self.geometry, Q_m, self.record, t)
         self._last_acceleration: tuple[np.ndarray, float] | None = None
-        return self.model.torque(self.geometry, self.F, reserve)
+        return self.model.torque(self.geometry, self.a, self.l_t, reserve)
 
     def ready(self, step: float) -> None:
         if self._simplified:
             warn_of_instability(self.settings, step)
 
     def open_step(self, t_0: float, t_1: float) -> None:
-        self._muscles.open(self.a, self.F, self.geometry, self.step)
+        self._muscles.open(self.a, self.l_t, self.geometry, self.step)
         self._waiting = True
         self._unmet = False
         if self.feeds_back:
@@ -268,7 +268,7 @@ class CosimulationPlugin(Plugin):
             self._last_acceleration = (self.skeleton.start[2].copy(), self.step)
             self._trial = self.model.geometry(self.skeleton.q, self.skeleton.v)
             self._muscles.limit(self._trial)
-        _, self.a, self.F = self._muscles.excite(t_1)
+        _, self.a, self.l_t, _ = self._muscles.excite(t_1)
         self.record.window(t_1, self._muscles.reserve, *self._muscles.row)
         self.geometry = self._trial
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
-from ..muscle.contraction import check_range, equilibrium_forces
+from ..muscle.arguments import check_range
+from ..muscle.equilibrium import equilibrium
 from ..path.geometry import Geometry
 from ..result import Excitations, Trajectory
 from .control import check_settings, check_step
@@ -133,11 +134,11 @@ class ForwardPlugin(UnifiedPlugin):
         self.record.start(self.start_time, given.reserves[0], np.zeros(len(self.model.coordinates)))
         self._window = -1
         if given.initial is not None:
-            a, F = (np.array(x, dtype=float) for x in given.initial[2:])
+            a, l_t = (np.array(x, dtype=float) for x in given.initial[2:])
         else:
             a = self._u[0]
-            F = equilibrium_forces(self.model.muscles.table, a, geometry.length)
-        return a, F, given.reserves[0]
+            l_t = equilibrium(self.model.muscles, a, geometry.length).tendon_length
+        return a, l_t, given.reserves[0]
 
     def controls(self, t_0: float, t_1: float) -> np.ndarray:
         given = self._excitations
@@ -152,11 +153,11 @@ class ForwardPlugin(UnifiedPlugin):
 
 
 def check_initial(
-    model: MusculoskeletalModel, q: np.ndarray, v: np.ndarray, a: np.ndarray, F: np.ndarray
+    model: MusculoskeletalModel, q: np.ndarray, v: np.ndarray, a: np.ndarray, l_t: np.ndarray
 ) -> None:
     """Raise ParameterError unless a start fits the model and lies in the muscles' range."""
     n, m = len(model.coordinates), len(model.muscles)
-    for name, values, size in (("q", q, n), ("q'", v, n), ("a", a, m), ("F", F, m)):
+    for name, values, size in (("q", q, n), ("q'", v, n), ("a", a, m), ("l_t", l_t, m)):
         array = np.asarray(values, dtype=float)
         if array.shape != (size,) or not np.isfinite(array).all():
             raise ParameterError(

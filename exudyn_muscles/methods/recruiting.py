@@ -38,7 +38,9 @@ class MuscleOptimization:
         self._model = model
         self._settings = settings
         self._counts = counts
-        self._forces = ReachableForces(model.muscles, settings.window_tolerance)
+        self._forces = ReachableForces(
+            model.muscles, settings.window_tolerance, settings.integrator
+        )
         self._recruiter = Recruiter(model.coordinates, model.reserves, settings.solver)
 
     def start(
@@ -48,13 +50,13 @@ class MuscleOptimization:
         low, high = steady_bounds(self._model.muscles, geometry.length)
         recruitment = self._optimize(geometry.moment_arms, Q_m, low, high)
         self._check_met(recruitment, t)
-        a, F = steady_state(self._model.muscles, recruitment.force, geometry.length)
+        a, l_t = steady_state(self._model.muscles, recruitment.force, geometry.length)
         record.start(t, recruitment.reserve, recruitment.unmet)
-        return a, F, recruitment.reserve
+        return a, l_t, recruitment.reserve
 
-    def open(self, a: np.ndarray, F: np.ndarray, geometry: Geometry, h: float) -> None:
+    def open(self, a: np.ndarray, l_t: np.ndarray, geometry: Geometry, h: float) -> None:
         """Begin a window of length `h` at the committed state."""
-        self._forces.open(a, F, geometry.length, geometry.lengthening_speed, h)
+        self._forces.open(a, l_t, geometry.length, geometry.lengthening_speed, h)
 
     def recruit(self, geometry: Geometry, Q_m: np.ndarray) -> Recruitment:
         """Force limits and optimization for the torque `Q_m` at the window's end."""

@@ -115,15 +115,15 @@ def static_optimization(
             M, bias = skeleton.dynamics_at(q_d[n], v_d[n], t)
             Q_m = M @ a_d[n] + bias  # (6)
             if n == 0:
-                a, F, reserve = muscles.start(geometry, Q_m, record, t)
-                torque = model.torque(geometry, F, reserve)
+                a, l_t, reserve = muscles.start(geometry, Q_m, record, t)
+                torque = model.torque(geometry, a, l_t, reserve)
             else:
-                muscles.open(a, F, last, times[n] - times[n - 1])
+                muscles.open(a, l_t, last, times[n] - times[n - 1])
                 torque = muscles.recruit(geometry, Q_m).torque
-                _, a, F = muscles.excite(t)
+                _, a, l_t, _ = muscles.excite(t)
                 record.window(t, muscles.reserve, *muscles.row)
                 counts.steps += 1
-            record.point(t, q_d[n], v_d[n], a_d[n], a, F, torque)
+            record.point(t, q_d[n], v_d[n], a_d[n], a, l_t, torque)
             last = geometry
             if progress is not None:
                 progress(t)

@@ -19,31 +19,31 @@ from ..errors import WindowError
 from ..kernel import kernel
 from ..model import MusculoskeletalModel
 from ..motion import Motion
-from ..muscle.window import step
+from ..muscle.trapezoidal import step
 from ..path.geometry import Geometry, path_geometry, path_tables
 
 
-@kernel
+@kernel(allocates=True)
 def unified_step(
-    table, joints, parents, rotations, offsets, base, reference, positions, links, starts,
+    units, joints, parents, rotations, offsets, base, reference, positions, links, starts,
     q, v, h, start, trial, r, torque,
 ):  # fmt: skip
     """One step of all muscles to the iterate q, q'.
 
-    `start` (5, m) holds a, F, u, l, l'; written are `trial` (6, m) with a, F, l, l', dF/dl, dF/dl',
-    r (m, n) and the torque (n,). Returns the first muscle whose step failed, or -1.
+    `start` (5, m) holds a, l_t, u, l, l'; written are `trial` (6, m) with a, l_t, l, l', dF/dl,
+    dF/dl', r (m, n) and the torque (n,). Returns the first muscle whose step failed, or -1.
     """
-    l, l_t = trial[2], trial[3]
+    l, l_rate = trial[2], trial[3]
     path_geometry(
         joints, parents, rotations, offsets, base, reference, positions, links, starts,
-        q, v, l, l_t, r,
+        q, v, l, l_rate, r,
     )  # fmt: skip
     torque[:] = 0.0
     for i in range(l.size):
-        a_0, F_0, u, l_0, v_0 = (
-            start[0, i], start[1, i], start[2, i], start[3, i], start[4, i]
+        converged, a, l_t, F, F_l, F_v = step(
+            units, i, start[0, i], start[1, i], start[2, i], start[3, i], start[4, i], l[i],
+            l_rate[i], h,
         )  # fmt: skip
-        converged, a, F, F_l, F_v = step(table, i, a_0, F_0, u, l_0, v_0, l[i], l_t[i], h)
         if not converged:
             return i
         if F > 0.0:
@@ -51,7 +51,7 @@ def unified_step(
                 torque[j] += r[i, j] * F
         else:  # a slack tendon does not push
             F_l, F_v = 0.0, 0.0
-        trial[0, i], trial[1, i], trial[4, i], trial[5, i] = a, F, F_l, F_v
+        trial[0, i], trial[1, i], trial[4, i], trial[5, i] = a, l_t, F_l, F_v
     return -1
 
 
@@ -70,7 +70,7 @@ class UnifiedPlugin(Plugin):
         super().__init__(model, start, end, settings, motion, progress)
         announce_compilation(unified_step)
         m, n = len(model.muscles), len(model.coordinates)
-        self._tables = (model.muscles.table, *path_tables(model.skeleton.tree, model.paths))
+        self._tables = (model.muscles.units, *path_tables(model.skeleton.tree, model.paths))
         # Start and trial of a step, as `unified_step` has them.
         self._start, self._trial = np.empty((5, m)), np.empty((6, m))
         self._arms, self._torque = np.empty((m, n)), np.empty(n)
@@ -79,7 +79,7 @@ class UnifiedPlugin(Plugin):
     def start_muscles(
         self, q: np.ndarray, v: np.ndarray, geometry: Geometry
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Activations, forces (m,) and reserve torques (r,) at the start; opens the record."""
+        """Activations, tendon lengths (m,) and reserve torques (r,) at the start; opens the record."""
 
     @abstractmethod
     def controls(self, t_0: float, t_1: float) -> np.ndarray:
@@ -103,8 +103,8 @@ class UnifiedPlugin(Plugin):
     def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         self.geometry = self.model.geometry(q, v)
         self._row = None
-        self.a, self.F, self.reserve = self.start_muscles(q, v, self.geometry)
-        return self.model.torque(self.geometry, self.F, self.reserve)
+        self.a, self.l_t, self.reserve = self.start_muscles(q, v, self.geometry)
+        return self.model.torque(self.geometry, self.a, self.l_t, self.reserve)
 
     def ready(self, step: float) -> None:
         """Any step will do."""
@@ -113,7 +113,7 @@ class UnifiedPlugin(Plugin):
         u = self.controls(t_0, t_1)
         self._reserve_now = self._reserves_at(t_1)
         length, speed, _ = self.geometry
-        for row, values in enumerate((self.a, self.F, u, length, speed)):
+        for row, values in enumerate((self.a, self.l_t, u, length, speed)):
             self._start[row] = values
         self._reserve_torque = (
             self.model.reserve_columns @ self._reserve_now if self._reserve_now.size else None
@@ -128,7 +128,7 @@ class UnifiedPlugin(Plugin):
         if failed >= 0:
             raise WindowError(
                 f"muscle '{self.model.muscles.names[failed]}': no step of {self.step:g} s from "
-                f"activation {self.a[failed]:.4g}, force {self.F[failed]:.4g} N"
+                f"activation {self.a[failed]:.4g}, tendon length {self.l_t[failed]:.5g} m"
             )
         if self._reserve_torque is not None:
             return self._torque + self._reserve_torque
@@ -142,7 +142,7 @@ class UnifiedPlugin(Plugin):
         return wanted
 
     def accept(self, t_0: float, t_1: float) -> None:
-        self.a, self.F, length, speed = self._trial[:4].copy()
+        self.a, self.l_t, length, speed = self._trial[:4].copy()
         self.geometry = Geometry(length, speed, self._arms.copy())
         # A window is what was held over accepted steps, wherever they end.
         self.reserve = self._reserve_now

@@ -1,112 +1,214 @@
-"""Characteristic curves of De Groote et al. (2016) with the constants of OpenSim's
-`DeGrooteFregly2016Muscle`.
+"""Characteristic curves as piecewise polynomials, the one form in which the compiled kernels see
+them: built-in curves, a user's own function and measured points then run at the same speed.
 
-All curves are normalised: lengths by the optimal fibre length or the tendon slack length, forces
-by the maximum isometric force, velocities by the maximum contraction velocity. Every kernel
-returns the value and its derivative.
-
-Source: F. De Groote, A. L. Kinney, A. V. Rao, B. J. Fregly, "Evaluation of direct collocation
-optimal control problem formulations for solving the muscle redundancy problem", Annals of
-Biomedical Engineering 44 (2016), 2922-2936. OpenSim changed b11, d1, d2, d3, d4, c2 and c3 so that
-the curves pass exactly through f_l(1) = 1, f_v(-1) = 0, f_v(0) = 1 and f_SE(1) = 0.
+A piece is a polynomial of fifth degree that agrees with its function to 13 digits or better. Beyond its two
+ends a curve goes on along straight lines.
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import ParameterError
 from ..kernel import kernel
 
-# Active force-length: sum of three Gaussians, rows (b1, b2, b3, b4) of OpenSim.
-B11, B21, B31, B41 = 0.8150671134243542, 1.055033428970575, 0.162384573599574, 0.063303448465465
-B12, B22, B32, B42 = 0.433004984392647, 0.716775413397760, -0.029947116970696, 0.200356847296188
-B13, B23, B33 = 0.1, 1.0, 0.3535533905932738  # b43 = 0, b33 = sqrt(1/2)/2
+# One piece in a row, a cache line: its origin, six coefficients in ascending order, its end.
+ORIGIN, COEFFICIENTS, END, COLUMNS = 0, slice(1, 7), 7, 8
+RELATIVE_ERROR = 2e-15
+ABSOLUTE_ERROR = 5e-16  # where a curve passes zero: curves are of the size of one
+ROUNDING = 1e-13  # below this an error that does not shrink is the function's own rounding
+DEEPEST = 24  # halvings of one interval, where a kink is cut down to a ten-millionth of it
+MOST_PIECES = 20_000
+BINS = 2  # times the pieces of a curve
 
-# Force-velocity, OpenSim.
-D1, D2, D3, D4 = -0.3211346127989808, -8.149, -0.374, 0.8825327733249912
-
-# Passive fibre: exponent k_PE and strain e_0 at one maximum isometric force.
-K_PE, E_0 = 4.0, 0.6
-PASSIVE_OFFSET = math.exp(K_PE * (0.2 - 1.0) / E_0)  # the curve is zero at 0.2 optimal lengths
-
-# Tendon: f_SE = c1 exp(k_T (l_t - c2)) - c3.
-C1, C2, C3 = 0.2, 1.0, 0.2
-
-# Outside these two limits the inverses continue along their tangents: f_v^-1 grows
-# exponentially and would overflow at small activation, and the logarithm of the tendon law ends
-# at f = -c3. Twice the maximum contraction velocity and a slack tendon lie well inside.
-V_TANGENT = 2.0
-SLACK_TANGENT = 0.02
-
-# Constants that follow from these.
-PASSIVE_SCALE = 1.0 / (math.exp(K_PE) - PASSIVE_OFFSET)
-F_V_LOW = D1 * math.asinh(-D2 * V_TANGENT + D3) + D4
-F_V_HIGH = D1 * math.asinh(D2 * V_TANGENT + D3) + D4
-SLACK_LENGTH = math.log(SLACK_TANGENT / C1)  # times 1/k_T, beyond c2
+# Chebyshev points with both ends, so that neighbouring pieces meet, and places in between.
+NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(6) / 5)
+PROBES = 0.5 - 0.5 * np.cos(np.pi * (np.arange(5) + 0.5) / 5)
+TO_COEFFICIENTS = np.linalg.inv(np.vander(NODES, increasing=True))
 
 
-def tendon_stiffness(strain_at_one_norm_force: float) -> float:
-    """Exponent k_T of the tendon law from the strain at one maximum isometric force."""
-    return math.log((1.0 + C3) / C1) / (1.0 + strain_at_one_norm_force - C2)
+class Curve:
+    """A curve from its function.
+
+    Parameters
+    ----------
+    function : callable
+        Takes and returns an array.
+    breaks : sequence of float
+        Start and end of the range in which the curve follows the function, and the places between
+        them where the function is not smooth.
+    slopes : pair of float or None
+        Of the straight lines before and behind the range; None goes on along the tangent.
+    name : str
+        For the message of the error.
+
+    Attributes
+    ----------
+    pieces : (k, 8) ndarray, read-only
+        Origin, coefficients c0 ... c5 and end of every piece, the straight lines included.
+
+    Raises
+    ------
+    ParameterError
+        The function is not finite or too rough somewhere; names the curve and the place.
+    """
+
+    def __init__(
+        self,
+        function: Callable[[np.ndarray], np.ndarray],
+        breaks: Sequence[float],
+        slopes: tuple[float | None, float | None] = (None, None),
+        name: str = "curve",
+    ) -> None:
+        edges = np.array(breaks, dtype=float)
+        starts, coefficients = _pieces(function, edges, name)
+        ends = np.append(starts[1:], edges[-1])
+        first, last = starts[0], ends[-1]
+        width = last - starts[-1]
+        powers = width ** np.arange(6)
+        value = coefficients[-1] @ powers
+        slope = coefficients[-1, 1:] @ (np.arange(1, 6) * powers[:-1])
+        before = [coefficients[0, 0], coefficients[0, 1] if slopes[0] is None else slopes[0]]
+        behind = [value, slope if slopes[1] is None else slopes[1]]
+        self.pieces = np.zeros((len(starts) + 2, COLUMNS))
+        self.pieces[:, ORIGIN] = [first, *starts, last]
+        self.pieces[1:-1, COEFFICIENTS] = coefficients
+        self.pieces[0, 1:3], self.pieces[-1, 1:3] = before, behind
+        self.pieces[:, END] = [first, *ends, np.inf]
+        self.pieces.setflags(write=False)
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Start and end of the range between the two straight lines."""
+        return float(self.pieces[0, END]), float(self.pieces[-1, ORIGIN])
+
+    def __call__(self, x: ArrayLike) -> np.ndarray:
+        """Values at `x`."""
+        return self._evaluate(x)[0]
+
+    def derivative(self, x: ArrayLike) -> np.ndarray:
+        """First derivatives at `x`."""
+        return self._evaluate(x)[1]
+
+    def _evaluate(self, x: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        places = np.asarray(x, dtype=float)
+        packed = pack([self])
+        both = np.array([evaluate(packed, 0, place) for place in places.ravel()]).reshape(-1, 2)
+        return both[:, 0].reshape(places.shape), both[:, 1].reshape(places.shape)
 
 
-@kernel
-def active_force_length(x):
-    """f_l at the normalised fibre length `x`."""
-    d1 = B31 + B41 * x
-    d2 = B32 + B42 * x
-    z1 = (x - B21) / d1
-    z2 = (x - B22) / d2
-    z3 = (x - B23) / B33
-    g1 = B11 * math.exp(-0.5 * z1 * z1)
-    g2 = B12 * math.exp(-0.5 * z2 * z2)
-    g3 = B13 * math.exp(-0.5 * z3 * z3)
-    slope = -g1 * z1 * (1.0 - z1 * B41) / d1 - g2 * z2 * (1.0 - z2 * B42) / d2 - g3 * z3 / B33
-    return g1 + g2 + g3, slope
+class PackedCurves(NamedTuple):
+    """Curves as the kernels read them.
+
+    A bin holds the number of the piece at its start, so that a piece is found without a search.
+
+    Attributes
+    ----------
+    grids : (c, 4) ndarray
+        Of every curve: bins per unit, minus its start in bins, number of bins, its first bin.
+    bins : ndarray of int
+        Numbers of pieces; each curve has one more for all that lies behind its range.
+    pieces : (k, 8) ndarray
+        The pieces of all curves.
+    """
+
+    grids: np.ndarray
+    bins: np.ndarray
+    pieces: np.ndarray
 
 
-@kernel
-def passive_force_length(x):
-    """f_PE at the normalised fibre length `x`."""
-    e = math.exp(K_PE * (x - 1.0) / E_0)
-    return (e - PASSIVE_OFFSET) * PASSIVE_SCALE, e * PASSIVE_SCALE * K_PE / E_0
+def pack(curves: Sequence[Curve]) -> PackedCurves:
+    """The curves one behind the other."""
+    grids, bins = [], []
+    first_bin = first_piece = 0
+    for curve in curves:
+        start, end = curve.range
+        count = BINS * len(curve.pieces)
+        edges = start + (end - start) * np.arange(count + 1) / count
+        numbers = np.searchsorted(curve.pieces[:, END], edges, side="right")
+        numbers[0] = 0  # also serves all that lies before it
+        scale = count / (end - start)
+        grids.append([scale, -start * scale, count, first_bin])
+        bins.append(first_piece + numbers)
+        first_bin += count + 1
+        first_piece += len(curve.pieces)
+    packed = PackedCurves(
+        np.array(grids), np.concatenate(bins), np.concatenate([curve.pieces for curve in curves])
+    )
+    for array in packed:
+        array.setflags(write=False)
+    return packed
 
 
-@kernel
-def force_velocity(v):
-    """f_v at the normalised fibre velocity `v`, the inverse of `inverse_force_velocity`."""
-    w = min(max(v, -V_TANGENT), V_TANGENT)
-    z = D2 * w + D3
-    slope = D1 * D2 / math.sqrt(z * z + 1.0)
-    return D1 * math.asinh(z) + D4 + slope * (v - w), slope
+def _pieces(
+    function: Callable, edges: np.ndarray, name: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Starts and coefficients of the pieces: intervals are halved until they fit."""
+    starts, widths = edges[:-1], np.diff(edges)
+    parent_error = np.full(starts.shape, np.inf)
+    done_starts: list[np.ndarray] = []
+    done_coefficients: list[np.ndarray] = []
+    for level in range(DEEPEST + 1):
+        values = _values(function, starts[:, None] + widths[:, None] * NODES, name)
+        # From the differences, which are small in small pieces: rounding shrinks with them.
+        coefficients = (values - values[:, :1]) @ TO_COEFFICIENTS.T
+        coefficients[:, 0] = values[:, 0]
+        probed = _values(function, starts[:, None] + widths[:, None] * PROBES, name)
+        error = np.abs(coefficients @ np.vander(PROBES, 6, increasing=True).T - probed).max(axis=1)
+        size = np.abs(values).max(axis=1)
+        fits = error <= RELATIVE_ERROR * size + ABSOLUTE_ERROR
+        # Halving divides the error of a smooth function by 64.
+        fits |= (error > 0.1 * parent_error) & (error < ROUNDING * (1.0 + size))
+        fits |= level == DEEPEST
+        done_starts.append(starts[fits])
+        done_coefficients.append(coefficients[fits] / widths[fits, None] ** np.arange(6))
+        starts, widths, parent_error = starts[~fits], 0.5 * widths[~fits], error[~fits]
+        if starts.size > MOST_PIECES:
+            raise ParameterError(
+                f"{name} is too rough for a smooth curve, for example near x = {starts[0]:.6g}"
+            )
+        starts, widths = np.concatenate([starts, starts + widths]), np.tile(widths, 2)
+        parent_error = np.tile(parent_error, 2)
+        if not starts.size:
+            break
+    all_starts = np.concatenate(done_starts)
+    order = np.argsort(all_starts)
+    return all_starts[order], np.concatenate(done_coefficients)[order]
 
 
-@kernel
-def inverse_force_velocity(f):
-    """Normalised fibre velocity at the force-velocity multiplier `f`."""
-    g = min(max(f, F_V_LOW), F_V_HIGH)
-    z = (g - D4) / D1
-    sinh = math.sinh(z)
-    slope = math.sqrt(1.0 + sinh * sinh) / (D1 * D2)  # cosh z
-    return (sinh - D3) / D2 + slope * (f - g), slope
+def _values(function: Callable, x: np.ndarray, name: str) -> np.ndarray:
+    values = np.asarray(function(x.ravel()), dtype=float).reshape(x.shape)
+    if not np.isfinite(values).all():
+        raise ParameterError(
+            f"{name} is not finite at x = {x[~np.isfinite(values)][0]:.6g}: "
+            f"{values[~np.isfinite(values)][0]}"
+        )
+    return values
 
 
-@kernel
-def tendon_length(f, k_T):
-    """Normalised tendon length at the normalised tension `f`."""
-    g = f + C3
-    if g < SLACK_TANGENT:
-        slope = 1.0 / (k_T * SLACK_TANGENT)
-        return C2 + SLACK_LENGTH / k_T + slope * (g - SLACK_TANGENT), slope
-    return C2 + math.log(g / C1) / k_T, 1.0 / (k_T * g)
-
-
-@kernel
-def tendon_force(x, k_T):
-    """f_SE at the normalised tendon length `x`, the inverse of `tendon_length`."""
-    slack = C2 + SLACK_LENGTH / k_T
-    if x < slack:
-        slope = k_T * SLACK_TANGENT
-        return SLACK_TANGENT - C3 + slope * (x - slack), slope
-    e = C1 * math.exp(k_T * (x - C2))
-    return e - C3, k_T * e
+@kernel(inline=True)
+def evaluate(curves, curve, x):
+    """Value and slope at `x` of a curve by its number."""
+    grids, bins, pieces = curves
+    place = x * grids[curve, 0] + grids[curve, 1]
+    count = grids[curve, 2]
+    b = int(grids[curve, 3])
+    if place >= count:
+        b += int(count)
+    elif place > 0.0:
+        b += int(place)
+    k = bins[b]
+    while x >= pieces[k, 7]:
+        k += 1
+    t = x - pieces[k, 0]
+    c_1, c_2, c_3 = pieces[k, 2], pieces[k, 3], pieces[k, 4]
+    c_4, c_5 = pieces[k, 5], pieces[k, 6]
+    # In pairs, which a processor computes side by side.
+    tt = t * t
+    value = (pieces[k, 1] + t * c_1) + tt * ((c_2 + t * c_3) + tt * (c_4 + t * c_5))
+    slope = (c_1 + t * (2.0 * c_2)) + tt * ((3.0 * c_3 + t * (4.0 * c_4)) + tt * (5.0 * c_5))
+    return value, slope

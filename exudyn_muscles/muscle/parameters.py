@@ -9,24 +9,44 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..checks import number_within
 from ..errors import ParameterError
-from .curves import tendon_stiffness
+from .activation import ActivationDynamics
+from .curves import Curve, PackedCurves, pack
+from .laws.de_groote_fregly_2016 import DeGrooteFregly2016
+from .laws.law import MuscleLaw
 
 if TYPE_CHECKING:
     from ..path.points import PathPoint
 
-# Rows of `MuscleSet.table`, which is what the compiled kernels see.
-F_0, L_M0, L_TS, WIDTH, V_M, K_T, P_MIN, A_MIN, TAU_A, TAU_D = range(10)
+# Columns of `Units.table`. The last five are the numbers of the muscle's curves.
+(
+    F_0, L_M0, PER_L_M0, L_TS, PER_E, PER_STRETCH, WIDTH, V_M, V_REST, BETA, P_MIN, RIGID,
+    A_MIN, TAU_A, TAU_D, SWITCH, ACTIVATION, F_L, F_V, INVERSE_F_V, F_PE, F_SE, COLUMNS,
+) = range(23)  # fmt: skip
 
-# OpenSim uses the curves of DeGrooteFregly2016Muscle above 0.2 optimal fibre lengths.
-SHORTEST_FIBER = 0.2
 # OpenSim's limit for all fixed-width units; the fibre would stand across the tendon at 90 deg.
 MAXIMUM_PENNATION = math.acos(0.1)
+
+
+class Units(NamedTuple):
+    """What the compiled kernels see of m muscles.
+
+    Attributes
+    ----------
+    table : (m, COLUMNS) ndarray
+        Parameters, a muscle in a row.
+    curves : PackedCurves
+        The curves of all laws in use.
+    """
+
+    table: np.ndarray
+    curves: PackedCurves
+
 
 # Lowest and highest allowed value and unit of every parameter.
 RANGES = {
@@ -38,14 +58,14 @@ RANGES = {
     "activation_time_constant": (1e-4, 10.0, "s"),
     "deactivation_time_constant": (1e-4, 10.0, "s"),
     "minimum_activation": (1e-3, 0.5, "1"),
-    "tendon_strain_at_one_norm_force": (1e-3, 1.0, "1"),
+    "activation_dynamics_smoothing": (1e-3, 1e3, "1"),
     "maximum_pennation_angle": (0.0, MAXIMUM_PENNATION, "rad"),
 }
 
 
 @dataclass(frozen=True)
 class Muscle:
-    """A musculotendon unit: Hill-type fibre with constant width and an elastic tendon.
+    """A musculotendon unit: Hill-type fibre with constant width, elastic or rigid tendon.
 
     Parameters
     ----------
@@ -63,10 +83,18 @@ class Muscle:
         v_max [optimal fibre lengths/s]. 10 is OpenSim's default.
     activation_time_constant, deactivation_time_constant : float
         tau_a and tau_d [s] of (5); 15 and 50 ms as in Thelen (2003).
+    activation_dynamics : ActivationDynamics
+        Law (5); the paper's linear filter.
+    activation_dynamics_smoothing : float
+        b of the smooth law: 0.1 as published, 10 as OpenSim recommends.
     minimum_activation : float
         a_min, also the lowest excitation; 0.01 as in OpenSim.
-    tendon_strain_at_one_norm_force : float
-        Tendon strain at F0; 0.049 as in OpenSim.
+    law : MuscleLaw
+        The characteristic curves.
+    tendon_strain_at_one_norm_force : float, optional
+        Tendon strain at F0; the law's own if left out.
+    ignore_tendon_compliance : bool
+        The tendon is rigid: the fibre takes up all changes of length.
     maximum_pennation_angle : float
         The fibre does not shorten further once it is reached [rad]; acos(0.1) as in OpenSim.
     path : sequence of PathPoint
@@ -87,8 +115,12 @@ class Muscle:
     max_contraction_velocity: float = 10.0
     activation_time_constant: float = 0.015
     deactivation_time_constant: float = 0.050
+    activation_dynamics: ActivationDynamics = ActivationDynamics.LINEAR_FILTER
+    activation_dynamics_smoothing: float = 0.1
     minimum_activation: float = 0.01
-    tendon_strain_at_one_norm_force: float = 0.049
+    law: MuscleLaw = DeGrooteFregly2016()  # noqa: RUF009 (frozen, too)
+    tendon_strain_at_one_norm_force: float | None = None
+    ignore_tendon_compliance: bool = False
     maximum_pennation_angle: float = MAXIMUM_PENNATION
     path: tuple[PathPoint, ...] = ()
 
@@ -106,6 +138,47 @@ class Muscle:
                 f"[0, maximum_pennation_angle = {self.maximum_pennation_angle:g}] rad"
             )
         object.__setattr__(self, "path", tuple(self.path))
+        self._check_law()
+
+    def _check_law(self) -> None:
+        """Raise ParameterError unless law, tendon and activation fit together."""
+        kinds = {
+            "law": MuscleLaw,
+            "activation_dynamics": ActivationDynamics,
+            "ignore_tendon_compliance": bool,
+        }
+        for parameter, kind in kinds.items():
+            if not isinstance(getattr(self, parameter), kind):
+                raise ParameterError(
+                    f"muscle '{self.name}': {parameter} = {getattr(self, parameter)!r} is not a "
+                    f"{kind.__name__}"
+                )
+        strain, own = self.tendon_strain_at_one_norm_force, self.law.tendon_strain_at_one_norm_force
+        if strain is not None:
+            name = f"muscle '{self.name}': tendon_strain_at_one_norm_force"
+            if own is None:
+                raise ParameterError(f"{name} = {strain!r}: the tendon of {self.law} has no scale")
+            number = number_within(name, strain, 1e-3, 1.0, "1")
+            object.__setattr__(self, "tendon_strain_at_one_norm_force", number)
+
+    @property
+    def tendon_strain(self) -> float:
+        """What the tendon curve's strain is divided by: the strain at F0, or 1."""
+        own = self.law.tendon_strain_at_one_norm_force
+        return self.tendon_strain_at_one_norm_force or own or 1.0
+
+    @property
+    def shortest_fiber(self) -> float:
+        """Length [m] at which the fibre stops: the law's, or that of the maximum pennation."""
+        shortest = self.law.shortest_fiber * self.optimal_fiber_length
+        if self.width > 0.0:
+            shortest = max(shortest, self.width / math.sin(self.maximum_pennation_angle))
+        return shortest
+
+    @property
+    def width(self) -> float:
+        """w = l_m0 sin(alpha_0) [m], constant."""
+        return self.optimal_fiber_length * math.sin(self.pennation_angle_at_optimal)
 
 
 class MuscleSet:
@@ -114,8 +187,8 @@ class MuscleSet:
     Attributes
     ----------
     names : tuple of str
-    table : (10, m) ndarray, read-only
-        Parameters by row, as the compiled kernels use them.
+    units : Units
+        As the compiled kernels use them; its arrays are read-only.
 
     Raises
     ------
@@ -131,8 +204,10 @@ class MuscleSet:
         twice = [name for name, count in Counter(self.names).items() if count > 1]
         if twice:
             raise ParameterError(f"muscle names must be unique, used more than once: {twice}")
-        self.table = np.array([_column(muscle) for muscle in self._muscles]).T.copy()
-        self.table.setflags(write=False)
+        numbers: dict[Curve, int] = {}
+        table = np.array([_row(muscle, numbers) for muscle in self._muscles])
+        table.setflags(write=False)
+        self.units = Units(table, pack(list(numbers)))
 
     def __len__(self) -> int:
         return len(self._muscles)
@@ -143,39 +218,56 @@ class MuscleSet:
     @property
     def max_isometric_force(self) -> np.ndarray:
         """F0, (m,) [N]."""
-        return self.table[F_0]
+        return self.units.table[:, F_0]
 
     @property
     def minimum_activation(self) -> np.ndarray:
         """a_min, (m,)."""
-        return self.table[A_MIN]
+        return self.units.table[:, A_MIN]
 
     @property
     def optimal_fiber_length(self) -> np.ndarray:
         """l_m0, (m,) [m]."""
-        return self.table[L_M0]
+        return self.units.table[:, L_M0]
 
     @property
     def shortest_taut_length(self) -> np.ndarray:
         """Musculotendon length (m,) [m] below which the tendon is slack at the shortest fibre."""
-        return self.table[L_TS] + self.table[P_MIN]
+        return self.units.table[:, L_TS] + self.units.table[:, P_MIN]
 
 
-def _column(muscle: Muscle) -> list[float]:
-    """One muscle's column of the table."""
-    width = muscle.optimal_fiber_length * math.sin(muscle.pennation_angle_at_optimal)
-    shortest = SHORTEST_FIBER * muscle.optimal_fiber_length
-    if width > 0.0:
-        shortest = max(shortest, width / math.sin(muscle.maximum_pennation_angle))
-    column = [0.0] * 10
-    column[F_0] = muscle.max_isometric_force
-    column[L_M0] = muscle.optimal_fiber_length
-    column[L_TS] = muscle.tendon_slack_length
-    column[WIDTH] = width
-    column[V_M] = muscle.max_contraction_velocity * muscle.optimal_fiber_length
-    column[K_T] = tendon_stiffness(muscle.tendon_strain_at_one_norm_force)
-    column[P_MIN] = math.sqrt(shortest**2 - width**2)
-    column[A_MIN] = muscle.minimum_activation
-    column[TAU_A] = muscle.activation_time_constant
-    column[TAU_D] = muscle.deactivation_time_constant
-    return column
+def _row(muscle: Muscle, numbers: dict[Curve, int]) -> list[float]:
+    """One muscle's row of the table; adds its curves to those that have a number."""
+    law, elastic = muscle.law, not muscle.ignore_tendon_compliance
+    curves = law.curves(elastic)
+    row = [0.0] * COLUMNS
+    row[F_0] = muscle.max_isometric_force
+    row[L_M0] = muscle.optimal_fiber_length
+    row[PER_L_M0] = 1.0 / muscle.optimal_fiber_length
+    row[L_TS] = muscle.tendon_slack_length
+    row[WIDTH] = muscle.width
+    row[V_M] = muscle.max_contraction_velocity * muscle.optimal_fiber_length
+    row[V_REST] = law.speed_without_activation
+    row[BETA] = law.fiber_damping
+    # The tendon curve's argument is (l_t / l_ts - 1) / e = l_t PER_STRETCH - PER_E.
+    row[PER_E] = 1.0 / muscle.tendon_strain
+    row[PER_STRETCH] = row[PER_E] / muscle.tendon_slack_length
+    row[P_MIN] = math.sqrt(muscle.shortest_fiber**2 - muscle.width**2)
+    row[RIGID] = muscle.ignore_tendon_compliance
+    row[A_MIN] = muscle.minimum_activation
+    row[TAU_A] = muscle.activation_time_constant
+    row[TAU_D] = muscle.deactivation_time_constant
+    row[SWITCH] = muscle.activation_dynamics_smoothing
+    row[ACTIVATION] = muscle.activation_dynamics.value
+    row[F_L] = numbers.setdefault(curves.active_force_length, len(numbers))
+    row[F_V] = numbers.setdefault(curves.force_velocity, len(numbers))
+    row[INVERSE_F_V] = numbers.setdefault(curves.inverse_force_velocity, len(numbers))
+    row[F_PE] = numbers.setdefault(curves.passive_force_length, len(numbers))
+    if curves.tendon_force_length is not None:
+        row[F_SE] = numbers.setdefault(curves.tendon_force_length, len(numbers))
+    elif elastic:
+        raise ParameterError(
+            f"muscle '{muscle.name}': {law} has no tendon curve; give it one, or set "
+            "ignore_tendon_compliance"
+        )
+    return row

@@ -65,7 +65,7 @@ def add_motion(joints, parents, p, axes, link, x, k, e, sign, r_i):
         j = parents[j]
 
 
-@kernel
+@kernel(allocates=True)
 def path_geometry(
     joints, parents, rotations, offsets, base, reference, positions, links, starts, q, v, l, l_t, r
 ):  # fmt: skip

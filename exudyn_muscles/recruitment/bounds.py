@@ -6,17 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..muscle.contraction import equilibrium_forces, steady_activations
+from ..muscle.course import MAX_STEPS
+from ..muscle.equilibrium import equilibria, steady_activations
 from ..muscle.parameters import MuscleSet
-from ..muscle.window import MAX_STEPS, check_window, integrate_all
+from ..muscle.window import Integrator, check_window, integrate_all
 from .excitation import excitations
 
 
 class Excitation(NamedTuple):
-    """Held excitation u and the activation and force at the window's end, (m,) each."""
+    """Held excitation u, and a, l_t and F at the window's end, (m,) each."""
 
     excitation: np.ndarray
     activation: np.ndarray
+    tendon_length: np.ndarray
     force: np.ndarray
 
 
@@ -30,23 +32,25 @@ class ReachableForces:
     ----------
     muscles : MuscleSet
     tolerance : float
+    integrator : Integrator
         Of the window integration, see `exudyn_muscles.integrate_window`.
     """
 
-    def __init__(self, muscles: MuscleSet, tolerance: float) -> None:
+    def __init__(self, muscles: MuscleSet, tolerance: float, integrator: Integrator) -> None:
         m = len(muscles)
         self.integrations = 0
         self._muscles = muscles
         self._tolerance = tolerance
+        self._method = integrator.value
         self._limits = np.array([muscles.minimum_activation, np.ones(m)])
         self._mesh = np.empty((2, m, MAX_STEPS))
         self._steps = np.zeros((2, m), dtype=np.int64)
         self._scratch = np.empty(MAX_STEPS)
-        self._end = np.empty((3, 2, m))
+        self._end = np.empty((4, 2, m))
 
-    def open(self, a: np.ndarray, F: np.ndarray, l: np.ndarray, v: np.ndarray, h: float) -> None:
-        """Begin a window of length `h` [s] at a, F, l and l', (m,) each."""
-        self._start = (a, F, l, v)
+    def open(self, a: np.ndarray, l_t: np.ndarray, l: np.ndarray, v: np.ndarray, h: float) -> None:
+        """Begin a window of length `h` [s] at a, l_t, l and l', (m,) each."""
+        self._start = (a, l_t, l, v)
         self._h = h
         self._steps[:] = 0
 
@@ -60,15 +64,15 @@ class ReachableForces:
         WindowError
             A muscle's equations could not be integrated; names it.
         """
-        a, F, l_0, v_0 = self._start
+        a, l_t, l_0, v_0 = self._start
         failed = integrate_all(
-            self._muscles.table, a, F, self._limits, l_0, v_0, l, v, self._h, self._tolerance,
-            self._mesh, self._steps, self._end,
+            self._method, self._muscles.units, a, l_t, self._limits, l_0, v_0, l, v, self._h,
+            self._tolerance, self._mesh, self._steps, self._end,
         )  # fmt: skip
-        check_window(failed, self._muscles, a, F, l_0, v_0, self._h)
+        check_window(failed, self._muscles, a, l_t, l_0, v_0, self._h)
         self._goal = (l, v)
         self.integrations += 2 * a.size
-        low, high = np.maximum(self._end[1], 0.0)
+        low, high = np.maximum(self._end[2], 0.0)
         return low, high
 
     def excite(self, F_opt: np.ndarray) -> Excitation:
@@ -79,25 +83,33 @@ class ReachableForces:
         WindowError
             A muscle's excitation was not found; names it.
         """
-        a, F, l_0, v_0 = self._start
-        u, end = np.empty(a.size), np.empty((2, a.size))
+        a, l_t, l_0, v_0 = self._start
+        u, end = np.empty(a.size), np.empty((3, a.size))
         count, failed = excitations(
-            self._muscles.table, a, F, F_opt, self._end[:, 0], self._end[:, 1], l_0, v_0,
-            *self._goal, self._h, self._tolerance, self._scratch, u, end,
+            self._method, self._muscles.units, a, l_t, F_opt, self._end[:, 0], self._end[:, 1], l_0,
+            v_0, *self._goal, self._h, self._tolerance, self._scratch, u, end,
         )  # fmt: skip
         self.integrations += count
-        check_window(failed, self._muscles, a, F, l_0, v_0, self._h)
-        return Excitation(u, end[0], end[1])
+        check_window(failed, self._muscles, a, l_t, l_0, v_0, self._h)
+        return Excitation(u, *end)
 
 
 def steady_bounds(muscles: MuscleSet, l: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The start's bounds: steady forces (m,) [N] at u = a_min and u = 1 with `l` held."""
-    low = equilibrium_forces(muscles.table, muscles.minimum_activation.copy(), l)
-    high = equilibrium_forces(muscles.table, np.ones(len(muscles)), l)
+    low, _ = _steady(muscles, muscles.minimum_activation.copy(), l)
+    high, _ = _steady(muscles, np.ones(len(muscles)), l)
     return np.maximum(low, 0.0), np.maximum(high, 0.0)
 
 
 def steady_state(muscles: MuscleSet, F: np.ndarray, l: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Activations and forces (m,) of the steady state nearest to the forces `F`."""
-    a = steady_activations(muscles.table, F, l)
-    return a, equilibrium_forces(muscles.table, a, l)
+    """Activations and tendon lengths (m,) of the steady state nearest to the forces `F`."""
+    a = np.empty(F.size)
+    steady_activations(muscles.units, F, l, a)
+    return a, _steady(muscles, a, l)[1]
+
+
+def _steady(muscles: MuscleSet, a: np.ndarray, l: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Forces and tendon lengths (m,) of resting muscles."""
+    rows = np.empty((5, a.size))
+    equilibria(muscles.units, a, l, np.zeros(a.size), rows)
+    return rows[0], rows[1]

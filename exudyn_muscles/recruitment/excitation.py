@@ -2,8 +2,8 @@
 
 F_end(u) increases as long as the fibre pulls; driven to shorten faster than it can, it resists the
 more the more it is activated, and the bounds may cross, by some per cent of F0: the lower one is
-then delivered. The guess is the cubic through both bounds and their slopes; Newton's method
-with the sensitivity dF/du of the same integration, kept inside a shrinking bracket, does the rest.
+then delivered. The guess is the cubic through both bounds and their slopes; one Newton step with the
+sensitivity dF/du and secant steps, kept inside a shrinking bracket, do the rest.
 """
 
 from __future__ import annotations
@@ -18,40 +18,41 @@ CONVERGED = 1e-9  # |F_end - F_opt| over F0
 
 @kernel
 def excitations(
-    table, a, F, wanted, low, high, l_0, v_0, l_1, v_1, h, tolerance, mesh, u, end
+    method, units, a, l_t, wanted, low, high, l_0, v_0, l_1, v_1, h, tolerance, mesh, u, end
 ):  # fmt: skip
     """Solve (11) for all m muscles.
 
-    `low` and `high`, each (3, m), are a, F and dF/du at the window's end for u = a_min and u = 1.
-    `u` (m,) and `end` (2, m), the a and F reached, are written; wanted forces outside the bounds
-    give the nearest bound. `mesh` is scratch of MAX_STEPS. Returns (number of integrations, first
-    muscle that failed or -1).
+    `low` and `high`, each (4, m), are a, l_t, F and dF/du at the window's end for u = a_min and
+    u = 1. `u` (m,) and `end` (3, m), the a, l_t and F reached, are written; wanted forces outside
+    the bounds give the nearest bound. `mesh` is scratch of MAX_STEPS. Returns (number of
+    integrations, first muscle that failed or -1).
     """
     integrations = 0
     for i in range(a.size):
-        close = CONVERGED * table[F_0, i]
-        u_low, u_high = table[A_MIN, i], 1.0
+        close = CONVERGED * units.table[i, F_0]
+        u_low, u_high = units.table[i, A_MIN], 1.0
         # The bounds are never below zero: a muscle that is slack either way rests.
-        if wanted[i] <= max(low[1, i], 0.0) + close:
-            u[i], end[0, i], end[1, i] = u_low, low[0, i], low[1, i]
+        if wanted[i] <= max(low[2, i], 0.0) + close:
+            u[i], end[0, i], end[1, i], end[2, i] = u_low, low[0, i], low[1, i], low[2, i]
             continue
-        if wanted[i] >= high[1, i] - close:
-            u[i], end[0, i], end[1, i] = u_high, high[0, i], high[1, i]
+        if wanted[i] >= high[2, i] - close:
+            u[i], end[0, i], end[1, i], end[2, i] = u_high, high[0, i], high[1, i], high[2, i]
             continue
-        u_n = inverse_cubic(wanted[i], u_low, u_high, low[1, i], high[1, i], low[2, i], high[2, i])
+        u_n = inverse_cubic(wanted[i], u_low, u_high, low[2, i], high[2, i], low[3, i], high[3, i])
+        u_last, error_last = 0.0, 0.0
         steps = 0
         found = False
         for _ in range(ITERATIONS):
-            n, a_1, F_1, F_u = integrate(
-                table, i, a[i], F[i], u_n, l_0[i], v_0[i], l_1[i], v_1[i], h, tolerance, mesh, steps
-            )
+            n, a_1, l_t1, F_1, F_u = integrate(
+                method, units, i, a[i], l_t[i], u_n, l_0[i], v_0[i], l_1[i], v_1[i], h, tolerance,
+                mesh, steps,
+            )  # fmt: skip
             integrations += 1
             if n < 0:
                 if steps == 0:
                     break
                 steps = 0
                 continue
-            steps = n  # the same steps from now on: F_end(u) is smooth
             error = F_1 - wanted[i]
             if abs(error) <= close or u_high - u_low < 1e-15:
                 found = True
@@ -60,12 +61,19 @@ def excitations(
                 u_high = u_n
             else:
                 u_low = u_n
-            u_n -= error / F_u
+            # The sensitivity is good to some per cent; two integrations on the same steps know
+            # better.
+            slope = F_u
+            if steps > 0 and error != error_last:
+                slope = (error - error_last) / (u_n - u_last)
+            steps = n  # the same steps from now on: F_end(u) is smooth
+            u_last, error_last = u_n, error
+            u_n -= error / slope
             if not u_low < u_n < u_high:
                 u_n = 0.5 * (u_low + u_high)
         if not found:
             return integrations, i
-        u[i], end[0, i], end[1, i] = u_n, a_1, F_1
+        u[i], end[0, i], end[1, i], end[2, i] = u_n, a_1, l_t1, F_1
     return integrations, -1
 
 

@@ -1,188 +1,137 @@
-"""Characteristic curves: known values, derivatives, inverses, tangents, OpenSim's tables."""
-
-import json
-import math
-from pathlib import Path
+"""Curves as piecewise polynomials: how well they follow a function, kinks, ends, what they refuse."""
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from exudyn_muscles.muscle import curves
+from exudyn_muscles.errors import ParameterError
+from exudyn_muscles.muscle.curves import COEFFICIENTS, END, ORIGIN, Curve, evaluate, pack
 
-from ..differences import difference
-
-K_T = curves.tendon_stiffness(0.049)
-OPENSIM = Path(__file__).parents[2] / ".." / "shared" / "opensim" / "reference" / "curves.json"
-
-
-@pytest.mark.parametrize(
-    ("x", "active", "passive"),
-    [
-        (0.50, 0.054112, 0.000565),
-        (0.75, 0.778113, 0.003371),
-        (1.00, 1.000000, 0.018229),
-        (1.25, 0.689553, 0.096892),
-        (1.50, 0.226149, 0.513374),
-    ],
-)
-def test_force_length_values(x, active, passive):
-    assert curves.active_force_length(x)[0] == pytest.approx(active, abs=5.1e-7)
-    assert curves.passive_force_length(x)[0] == pytest.approx(passive, abs=5.1e-7)
-
-
-@pytest.mark.parametrize(
-    ("v", "f"),
-    [
-        (-1.0, 0.0),
-        (-0.75, 0.096484),
-        (-0.5, 0.234036),
-        (-0.25, 0.470826),
-        (0.0, 1.0),
-        (0.25, 1.400766),
-        (0.5, 1.588423),
-        (1.0, 1.794343),
-    ],
-)
-def test_force_velocity_values(v, f):
-    assert curves.force_velocity(v)[0] == pytest.approx(f, abs=5.1e-7)
-    assert curves.inverse_force_velocity(curves.force_velocity(v)[0])[0] == pytest.approx(v)
-
-
-def test_points_that_opensim_made_exact():
-    assert curves.active_force_length(1.0)[0] == pytest.approx(1.0, abs=1e-15)
-    assert curves.force_velocity(-1.0)[0] == pytest.approx(0.0, abs=1e-13)
-    assert curves.force_velocity(0.0)[0] == pytest.approx(1.0, abs=1e-13)
-    assert curves.passive_force_length(1.6)[0] == pytest.approx(1.0, abs=1e-15)
-    assert curves.passive_force_length(0.2)[0] == 0.0
-    assert curves.tendon_force(1.0, K_T)[0] == pytest.approx(0.0, abs=1e-16)
-    assert curves.tendon_force(1.049, K_T)[0] == pytest.approx(1.0, rel=1e-14)
-    assert pytest.approx(36.567, abs=5e-4) == K_T
-
-
-def away_from(*kinks):
-    """Values whose difference quotients do not reach over the ends of a tangent."""
-    return lambda x: all(abs(x - kink) > 2.1e-3 for kink in kinks)
-
-
-LOW, HIGH = (curves.force_velocity(v)[0] for v in (-curves.V_TANGENT, curves.V_TANGENT))
-SLACK = curves.SLACK_TANGENT - curves.C3
-SLACK_LENGTH = curves.tendon_length(SLACK, K_T)[0]
-CURVES = [
-    (curves.active_force_length, st.floats(0.2, 2.0)),
-    (curves.passive_force_length, st.floats(0.2, 2.0)),
-    (curves.force_velocity, st.floats(-5.0, 5.0).filter(away_from(-2.0, 2.0))),
-    (curves.inverse_force_velocity, st.floats(-20.0, 20.0).filter(away_from(LOW, HIGH))),
-    (
-        lambda f: curves.tendon_length(f, K_T),
-        st.floats(-1.0, 3.0).filter(away_from(SLACK)),
+# Function, derivative, range.
+SMOOTH = {
+    "exp": (np.exp, np.exp, (-1.0, 2.0)),
+    "sin": (np.sin, np.cos, (-4.0, 4.0)),
+    "tanh": (
+        lambda x: np.tanh(20.0 * x),
+        lambda x: 20.0 / np.cosh(20.0 * x) ** 2,
+        (-1.0, 1.0),
     ),
-    (
-        lambda x: curves.tendon_force(x, K_T),
-        st.floats(0.8, 1.08).filter(away_from(SLACK_LENGTH)),
-    ),
-]
+    "quintic": (lambda x: x**5 - x, lambda x: 5.0 * x**4 - 1.0, (-1.0, 1.0)),
+    "constant": (np.ones_like, np.zeros_like, (0.0, 1.0)),
+}
 
 
-@pytest.mark.parametrize("number", range(len(CURVES)))
-@given(data=st.data())
-def test_derivative(number, data):
-    curve, domain = CURVES[number]
-    x = data.draw(domain)
-    step = 2e-4
-    value, slope = curve(x)
-    expected = difference(lambda s: curve(s)[0], x, step)
-    # Rounding of the difference, and its fourth-order error on lengths of at least 1/40.
-    assert slope == pytest.approx(expected, rel=1e-7, abs=1e-14 * (1.0 + abs(value)) / step)
+@pytest.fixture(params=SMOOTH)
+def smooth(request):
+    function, derivative, ends = SMOOTH[request.param]
+    return function, derivative, Curve(function, ends)
 
 
-@given(v=st.floats(-1e4, 1e4))
-def test_force_velocity_and_its_inverse(v):
-    f, slope = curves.force_velocity(v)
-    back, inverse_slope = curves.inverse_force_velocity(f)
-    assert back == pytest.approx(v, rel=1e-11, abs=1e-13)
-    assert slope * inverse_slope == pytest.approx(1.0, rel=1e-11)
+def test_follows_its_function(smooth):
+    function, derivative, curve = smooth
+    x = np.linspace(*curve.range, 10_001)[:-1]
+    np.testing.assert_allclose(curve(x), function(x), rtol=1e-14, atol=1e-14)
+    scale = np.abs(derivative(x)).max() + 1.0
+    np.testing.assert_allclose(curve.derivative(x), derivative(x), atol=1e-12 * scale)
 
 
-@given(f=st.floats(-10.0, 10.0), strain=st.floats(0.01, 0.2))
-def test_tendon_and_its_inverse(f, strain):
-    k_T = curves.tendon_stiffness(strain)
-    x, slope = curves.tendon_length(f, k_T)
-    back, inverse_slope = curves.tendon_force(x, k_T)
-    assert back == pytest.approx(f, rel=1e-11, abs=1e-13)
-    assert slope * inverse_slope == pytest.approx(1.0, rel=1e-11)
+def test_pieces_meet(smooth):
+    _, _, curve = smooth
+    pieces = curve.pieces
+    np.testing.assert_array_equal(pieces[:-1, END], pieces[1:, ORIGIN])
+    width = pieces[1:-1, END] - pieces[1:-1, ORIGIN]
+    ends = (pieces[1:-1, COEFFICIENTS] * width[:, None] ** np.arange(6)).sum(axis=1)
+    np.testing.assert_allclose(ends, pieces[2:, 1], rtol=1e-14, atol=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("curve", "kink"),
-    [
-        (curves.force_velocity, -2.0),
-        (curves.force_velocity, 2.0),
-        (curves.inverse_force_velocity, LOW),
-        (curves.inverse_force_velocity, HIGH),
-        (lambda f: curves.tendon_length(f, K_T), SLACK),
-        (lambda x: curves.tendon_force(x, K_T), SLACK_LENGTH),
-    ],
-)
-def test_tangents_continue_value_and_slope(curve, kink):
-    below, above = (curve(kink + side * 1e-9) for side in (-1.0, 1.0))
-    assert below[0] == pytest.approx(above[0], abs=3e-9 * above[1])
-    assert below[1] == pytest.approx(above[1], rel=1e-5)
+def test_a_quintic_needs_hardly_more_than_one_piece():
+    assert len(Curve(SMOOTH["quintic"][0], (-1.0, 1.0)).pieces) <= 5
 
 
-@pytest.mark.parametrize(
-    ("curve", "low", "high"),
-    [
-        (curves.force_velocity, -30.0, 30.0),
-        (curves.inverse_force_velocity, -30.0, 30.0),
-        (lambda f: curves.tendon_length(f, K_T), -1.0, 5.0),
-        (lambda x: curves.tendon_force(x, K_T), 0.5, 1.1),
-        (curves.passive_force_length, 0.0, 2.0),
-    ],
-)
-def test_monotone(curve, low, high):
-    values = np.array([curve(x) for x in np.linspace(low, high, 20001)])
-    assert (np.diff(values[:, 0]) > 0.0).all()
-    assert (values[:, 1] > 0.0).all()
+@pytest.mark.parametrize("slopes", [(None, None), (0.0, -2.0), (None, 0.0)])
+def test_straight_lines_beyond_the_range(slopes):
+    curve = Curve(np.exp, (0.0, 1.0), slopes)
+    before, behind = (
+        tangent if slope is None else slope
+        for slope, tangent in zip(slopes, (1.0, np.e), strict=True)
+    )
+    for distance in (1e-9, 0.3, 1e6):
+        expected = [1.0 - before * distance, np.e + behind * distance]
+        np.testing.assert_allclose(curve([-distance, 1.0 + distance]), expected, rtol=1e-12)
+        np.testing.assert_allclose(
+            curve.derivative([-distance, 1.0 + distance]), [before, behind], rtol=1e-12
+        )
 
 
-@given(f=st.floats(-1e6, 1e6))
-def test_no_overflow_beyond_the_range(f):
-    v, slope = curves.inverse_force_velocity(f)
-    assert math.isfinite(v)
-    assert 0.0 < slope < 1e3
-    x, slope = curves.tendon_length(f, K_T)
-    assert math.isfinite(x)
-    assert 0.0 < slope < 10.0
+def test_kinks_between_breaks_are_exact():
+    curve = Curve(np.abs, (-1.0, 0.0, 2.0))
+    assert len(curve.pieces) <= 8
+    x = np.array([-1.5, -1.0, -0.3, 0.0, 1e-15, 1.9, 2.5])
+    np.testing.assert_allclose(curve(x), np.abs(x), rtol=1e-15)
+    np.testing.assert_allclose(curve.derivative(x), np.where(x < 0.0, -1.0, 1.0), rtol=1e-13)
 
 
-@pytest.fixture(scope="module")
-def opensim():
-    if not OPENSIM.exists():
-        pytest.skip("OpenSim's reference tables are not beside this repository")
-    return json.loads(OPENSIM.read_text())
+def test_kinks_elsewhere_are_cut_down():
+    kink = np.pi / 10.0
+    curve = Curve(lambda x: np.abs(x - kink), (-1.0, 2.0))
+    assert len(curve.pieces) < 100
+    x = np.linspace(-1.0, 2.0, 10_001)
+    np.testing.assert_allclose(curve(x), np.abs(x - kink), atol=1e-6)
+    away = np.abs(x - kink) > 1e-6
+    np.testing.assert_allclose(curve(x)[away], np.abs(x - kink)[away], atol=1e-14)
 
 
 @pytest.mark.parametrize(
-    ("table", "curve", "lowest"),
+    ("function", "message"),
     [
-        ("dgf_fal", curves.active_force_length, -math.inf),
-        ("dgf_fpe", curves.passive_force_length, -math.inf),
-        ("dgf_fv", curves.force_velocity, -math.inf),
-        ("dgf_fse", lambda x: curves.tendon_force(x, K_T), SLACK_LENGTH),
+        (lambda x: np.sin(1e6 * x), r"^mine is too rough for a smooth curve, .* near x = "),
+        (lambda x: np.sqrt(x - 0.25), r"^mine is not finite at x = 0: nan"),
+        (lambda x: np.where(x > 0.9, np.inf, x), r"^mine is not finite at x = [01]\.?\d*: inf"),
     ],
 )
-def test_opensim_tables(opensim, table, curve, lowest):
-    rows = [row for row in opensim[table] if row[0] >= lowest]
-    assert len(rows) > 100
-    for x, value, derivative in rows:
-        f, slope = curve(x)
-        assert f == pytest.approx(value, abs=1e-12, rel=1e-12)
-        if derivative is not None and math.isfinite(derivative):
-            assert slope == pytest.approx(derivative, abs=1e-12, rel=1e-12)
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_bad_functions(function, message):
+    with pytest.raises(ParameterError, match=message):
+        Curve(function, (0.0, 1.0), name="mine")
 
 
-def test_opensim_force_velocity_is_inverted(opensim):
-    for v, f, _ in opensim["dgf_fv"]:
-        assert curves.inverse_force_velocity(f)[0] == pytest.approx(v, abs=1e-12, rel=1e-12)
+def test_shapes_and_pieces():
+    curve = Curve(np.exp, (0.0, 1.0))
+    assert curve(0.5).shape == ()
+    assert curve(np.zeros((2, 3))).shape == curve.derivative(np.zeros((2, 3))).shape == (2, 3)
+    assert curve([]).shape == (0,)
+    assert curve.range == (0.0, 1.0)
+    with pytest.raises(ValueError, match="read-only"):
+        curve.pieces[0, 0] = 1.0
+
+
+CURVES = [Curve(function, ends) for function, _, ends in SMOOTH.values()]
+CURVES.append(Curve(np.abs, (-1.0, 0.0, 2.0), (0.0, 0.0)))
+PACKED = pack(CURVES)
+
+
+@given(number=st.integers(0, len(CURVES) - 1), x=st.floats(-1e6, 1e6) | st.floats(-5.0, 5.0))
+def test_compiled_evaluation_is_the_piece_of_x(number, x):
+    curve = CURVES[number]
+    value, slope = evaluate(PACKED, number, x)
+    assert (value, slope) == (curve(x), curve.derivative(x))
+    assume(np.abs(x - curve.pieces[1:, ORIGIN]).min() > 1e-14)  # either piece, after rounding
+    piece = next(piece for piece in curve.pieces if x < piece[END])
+    polynomial = np.polynomial.Polynomial(piece[COEFFICIENTS])
+    t = x - piece[ORIGIN]
+    size = 1.0 + abs(piece[1]) + abs(t * piece[2])
+    assert value == pytest.approx(polynomial(t), abs=1e-14 * size)
+    assert slope == pytest.approx(polynomial.deriv()(t), abs=1e-12 * (1.0 + abs(piece[2])))
+
+
+@given(number=st.integers(0, len(CURVES) - 1))
+def test_ends_and_breaks_belong_to_the_piece_behind_them(number):
+    curve = CURVES[number]
+    for piece in curve.pieces[1:]:
+        assert evaluate(PACKED, number, piece[ORIGIN]) == (piece[1], piece[2])
+
+
+def test_nan_in_gives_nan_out():
+    for curve in CURVES:
+        assert np.isnan(curve(np.nan)) and np.isnan(curve.derivative(np.nan))

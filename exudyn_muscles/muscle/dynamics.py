@@ -1,0 +1,179 @@
+"""Everything that a muscle does at one instant, under OpenSim's names."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import ParameterError
+from ..kernel import kernel
+from .activation import activation_rate
+from .arguments import as_rows, check_range
+from .contraction import fiber, stopped_rate, tendon, tendon_force
+from .curves import evaluate
+from .parameters import (
+    ACTIVATION,
+    BETA,
+    F_0,
+    F_L,
+    F_PE,
+    F_V,
+    P_MIN,
+    PER_L_M0,
+    RIGID,
+    SWITCH,
+    TAU_A,
+    TAU_D,
+    V_M,
+    V_REST,
+    WIDTH,
+    MuscleSet,
+)
+
+
+class MuscleDynamics(NamedTuple):
+    """What m muscles do at one instant, (m,) each.
+
+    Attributes
+    ----------
+    tendon_force : ndarray
+        F [N].
+    fiber_length, fiber_velocity : ndarray
+        l_m [m], l_m' [m/s].
+    pennation_angle : ndarray
+        alpha [rad].
+    active_force_length, force_velocity, passive_force_length : ndarray
+        f_l, f_v, f_PE.
+    active_fiber_force, passive_fiber_force : ndarray
+        F0 a f_l f_v, and F0 (f_PE + beta v) [N].
+    tendon_length_rate, activation_rate : ndarray
+        l_t' [m/s] and a' [1/s]; the latter NaN where no excitation was given.
+    tendon_stiffness : ndarray
+        dF/dl_t [N/m]; infinite for a rigid tendon.
+    """
+
+    tendon_force: np.ndarray
+    fiber_length: np.ndarray
+    fiber_velocity: np.ndarray
+    pennation_angle: np.ndarray
+    active_force_length: np.ndarray
+    force_velocity: np.ndarray
+    passive_force_length: np.ndarray
+    active_fiber_force: np.ndarray
+    passive_fiber_force: np.ndarray
+    tendon_length_rate: np.ndarray
+    activation_rate: np.ndarray
+    tendon_stiffness: np.ndarray
+
+
+@kernel
+def dynamics(units, a, l_t, l, l_rate, u, rows):
+    """Write the rows of `MuscleDynamics` (12, m)."""
+    for i in range(a.size):
+        F0 = units.table[i, F_0]
+        p = max(l[i] - l_t[i], units.table[i, P_MIN])
+        l_m, per_cos, _ = fiber(units, i, p)
+        x = l_m * units.table[i, PER_L_M0]
+        f_l = evaluate(units.curves, int(units.table[i, F_L]), x)[0]
+        f_PE = evaluate(units.curves, int(units.table[i, F_PE]), x)[0]
+        l_t_rate = stopped_rate(units, i, a[i], l_t[i], l[i], l_rate[i])[1]
+        v = (l_rate[i] - l_t_rate) / (per_cos * units.table[i, V_M])
+        s = units.table[i, V_REST] + (1.0 - units.table[i, V_REST]) * a[i]
+        f_v = evaluate(units.curves, int(units.table[i, F_V]), v / s)[0]
+        rows[0, i] = tendon_force(units, i, a[i], l_t[i], l[i], l_rate[i])[0]
+        rows[1, i], rows[2, i] = l_m, v * units.table[i, V_M]
+        rows[3, i] = np.arctan2(units.table[i, WIDTH], p)
+        rows[4, i], rows[5, i], rows[6, i] = f_l, f_v, f_PE
+        rows[7, i] = F0 * a[i] * f_l * f_v
+        rows[8, i] = F0 * (f_PE + units.table[i, BETA] * v)
+        rows[9, i] = l_t_rate
+        rows[10, i] = activation_rate(
+            units.table[i, ACTIVATION], a[i], u[i], units.table[i, TAU_A], units.table[i, TAU_D], units.table[i, SWITCH]
+        )[0]
+        rows[11, i] = np.inf if units.table[i, RIGID] else F0 * tendon(units, i, l_t[i])[1]
+
+
+@kernel
+def tendon_forces(units, a, l_t, l, l_rate, F):
+    """Write F (m,) [N]."""
+    for i in range(a.size):
+        F[i] = tendon_force(units, i, a[i], l_t[i], l[i], l_rate[i])[0]
+
+
+@kernel
+def fiber_lengths(units, l_t, l, l_m):
+    """Write l_m (m,) [m]."""
+    for i in range(l.size):
+        l_m[i] = fiber(units, i, max(l[i] - l_t[i], units.table[i, P_MIN]))[0]
+
+
+def muscle_dynamics(
+    muscles: MuscleSet,
+    activation: ArrayLike,
+    tendon_length: ArrayLike,
+    length: ArrayLike,
+    lengthening_speed: ArrayLike,
+    excitation: ArrayLike | None = None,
+) -> MuscleDynamics:
+    """Forces, velocities and rates of m muscles at one instant.
+
+    Parameters
+    ----------
+    muscles : MuscleSet
+        m muscles.
+    activation, tendon_length, length, lengthening_speed : (m,) array_like
+        a between the minimum activation and 1, l_t [m], musculotendon length l [m] and l' [m/s].
+        `tendon_length` gives l_t for fibre lengths; rigid tendons keep their slack length.
+    excitation : (m,) array_like, optional
+        u, for the activation rate.
+
+    Returns
+    -------
+    MuscleDynamics
+
+    Raises
+    ------
+    ParameterError
+        An array does not fit the muscles, or an activation is outside its range.
+    """
+    a, l_t, l, l_rate = as_rows(
+        muscles,
+        activation=activation,
+        tendon_length=tendon_length,
+        length=length,
+        lengthening_speed=lengthening_speed,
+    )
+    check_range("activation", a, muscles)
+    u = np.full(a.size, np.nan)
+    if excitation is not None:
+        (u,) = as_rows(muscles, excitation=excitation)
+    rows = np.empty((12, a.size))
+    dynamics(muscles.units, a, l_t, l, l_rate, u, rows)
+    return MuscleDynamics(*rows)
+
+
+def tendon_length(muscles: MuscleSet, fiber_length: ArrayLike, length: ArrayLike) -> np.ndarray:
+    """l_t = l - sqrt(l_m^2 - w^2): tendon lengths (m,) [m] that go with fibre lengths.
+
+    Parameters
+    ----------
+    muscles : MuscleSet
+        m muscles.
+    fiber_length, length : (m,) array_like
+        l_m, at least the width w, and musculotendon length l [m].
+
+    Raises
+    ------
+    ParameterError
+        An array does not fit the muscles, or a fibre is shorter than its width.
+    """
+    l_m, l = as_rows(muscles, fiber_length=fiber_length, length=length)
+    w = muscles.units.table[:, WIDTH]
+    for i in np.flatnonzero(l_m < w):
+        raise ParameterError(
+            f"muscle '{muscles.names[i]}': fiber_length = {l_m[i]:g} m is shorter than the fiber's "
+            f"width of {w[i]:g} m"
+        )
+    return l - np.sqrt(l_m * l_m - w * w)

@@ -1,0 +1,173 @@
+"""Equilibrium of fibre and tendon, and the activation that a force asks for."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..kernel import kernel
+from .arguments import as_rows, check_range
+from .contraction import fiber, fiber_force, tendon, tendon_force
+from .parameters import A_MIN, F_0, L_TS, P_MIN, PER_L_M0, RIGID, V_M, MuscleSet
+
+BISECTIONS = 100  # halves any bracket to the last bit
+SHORTEST_TENDON = 0.5  # no tendon shortens to this part of its slack length
+
+
+@kernel
+def balance(units, i, a, l, l_rate, p):
+    """Tendon minus fibre force along the tendon over F0 at the projection `p`; further the fibre
+    velocity [m/s] and the stiffnesses of tendon and fibre [F0/m].
+
+    Of the unit's speed l' the fibre takes the share that its compliance has in the unit's.
+    """
+    f, k_t = tendon(units, i, l - p)
+    l_m, per_cos, cos_p = fiber(units, i, p)
+    cos, x = 1.0 / per_cos, l_m * units.table[i, PER_L_M0]
+    force, _, force_x, _ = fiber_force(units, i, a, x, 0.0)
+    k_m = force_x * cos * cos * units.table[i, PER_L_M0] + force * cos_p
+    share = 0.0
+    if k_t > 0.0:
+        share = k_t / (k_t + max(k_m, 0.0))
+    speed = share * l_rate * cos
+    force = fiber_force(units, i, a, x, speed / units.table[i, V_M])[0]
+    return f - force * cos, speed, k_t, k_m
+
+
+@kernel
+def equilibrium_length(units, i, a, l, l_rate):
+    """Tendon length [m] at which fibre and tendon balance, by bisection."""
+    if units.table[i, RIGID]:
+        return units.table[i, L_TS]
+    low = units.table[i, P_MIN]
+    high = max(l - SHORTEST_TENDON * units.table[i, L_TS], low)
+    for _ in range(BISECTIONS):
+        p = 0.5 * (low + high)
+        if balance(units, i, a, l, l_rate, p)[0] > 0.0:
+            low = p
+        else:
+            high = p
+    return l - low
+
+
+@kernel
+def equilibria(units, a, l, l_rate, rows):
+    """Write the rows F, l_t, l_m, l_m', stiffness (5, m) of all muscles."""
+    for i in range(a.size):
+        l_t = equilibrium_length(units, i, a[i], l[i], l_rate[i])
+        p = max(l[i] - l_t, units.table[i, P_MIN])
+        l_m, per_cos, _ = fiber(units, i, p)
+        F, _, _, stiffness, _ = tendon_force(units, i, a[i], l_t, l[i], l_rate[i])
+        speed = l_rate[i] / per_cos
+        if not units.table[i, RIGID]:
+            _, speed, k_t, k_m = balance(units, i, a[i], l[i], l_rate[i], p)
+            stiffness = units.table[i, F_0] * k_t * k_m / (k_t + k_m) if k_t > 0.0 else 0.0
+        rows[0, i], rows[1, i], rows[2, i], rows[3, i], rows[4, i] = F, l_t, l_m, speed, stiffness
+
+
+@kernel
+def steady_activations(units, F, l, a):
+    """Write activations (m,) whose static equilibrium is the force `F`, as far as allowed."""
+    for i in range(F.size):
+        p = max(l[i] - tendon_length_at(units, i, F[i]), units.table[i, P_MIN])
+        l_m, per_cos, _ = fiber(units, i, p)
+        x = l_m * units.table[i, PER_L_M0]
+        passive = fiber_force(units, i, 0.0, x, 0.0)[0]
+        active = fiber_force(units, i, 1.0, x, 0.0)[0] - passive
+        wanted = F[i] * per_cos / units.table[i, F_0] - passive
+        a[i] = units.table[i, A_MIN]
+        if wanted > a[i] * active:
+            a[i] = min(wanted / active, 1.0)
+
+
+@kernel
+def tendon_length_at(units, i, F):
+    """Longest tendon length [m] that bears no more than `F`."""
+    l_ts = units.table[i, L_TS]
+    if units.table[i, RIGID]:
+        return l_ts
+    low, high = SHORTEST_TENDON * l_ts, 2.0 * l_ts
+    for _ in range(BISECTIONS):
+        l_t = 0.5 * (low + high)
+        if units.table[i, F_0] * tendon(units, i, l_t)[0] <= F:
+            low = l_t
+        else:
+            high = l_t
+    return low
+
+
+class Equilibrium(NamedTuple):
+    """Units whose fibre and tendon balance, (m,) each.
+
+    Attributes
+    ----------
+    force : ndarray
+        Tendon force F [N].
+    tendon_length, fiber_length : ndarray
+        l_t and l_m [m].
+    fiber_velocity : ndarray
+        l_m' [m/s].
+    stiffness : ndarray
+        dF/dl [N/m] of fibre and tendon in series at fixed activation and velocity.
+    """
+
+    force: np.ndarray
+    tendon_length: np.ndarray
+    fiber_length: np.ndarray
+    fiber_velocity: np.ndarray
+    stiffness: np.ndarray
+
+
+def equilibrium(
+    muscles: MuscleSet,
+    activation: ArrayLike,
+    length: ArrayLike,
+    lengthening_speed: ArrayLike | None = None,
+) -> Equilibrium:
+    """Balance of fibre and tendon at given activations and musculotendon lengths.
+
+    Parameters
+    ----------
+    muscles : MuscleSet
+        m muscles.
+    activation : (m,) array_like
+        Activations between the minimum activation and 1.
+    length : (m,) array_like
+        Musculotendon lengths l [m].
+    lengthening_speed : (m,) array_like, optional
+        l' [m/s]; left out, the fibres rest: the steady state of (4). In a moving unit fibre and
+        tendon share l' by their compliances, as in OpenSim's `computeEquilibrium`.
+
+    Returns
+    -------
+    Equilibrium
+        Where the path is too short to be taut, the fibre has its shortest length and the tendon is
+        slack. Of several equilibria (on the descending limb of f_l) the one with the longest fibre
+        that bisection meets.
+
+    Raises
+    ------
+    ParameterError
+        An array does not fit the muscles, or an activation is outside its range.
+
+    Examples
+    --------
+    >>> import exudyn_muscles as em
+    >>> unit = em.Muscle("unit", max_isometric_force=1000, optimal_fiber_length=0.1,
+    ...                  tendon_slack_length=0.2)
+    >>> em.equilibrium(em.MuscleSet([unit]), [1.0], [0.3]).force.round(1)
+    array([950.8])
+    """
+    at_rest = np.zeros(len(muscles))
+    a, l, l_rate = as_rows(
+        muscles,
+        activation=activation,
+        length=length,
+        lengthening_speed=at_rest if lengthening_speed is None else lengthening_speed,
+    )
+    check_range("activation", a, muscles)
+    rows = np.empty((5, a.size))
+    equilibria(muscles.units, a, l, l_rate, rows)
+    return Equilibrium(*rows)

@@ -1,0 +1,163 @@
+"""The curves of De Groote et al. (2016), in two sets of constants.
+
+F. De Groote, A. L. Kinney, A. V. Rao, B. J. Fregly, "Evaluation of direct collocation optimal
+control problem formulations for solving the muscle redundancy problem", Annals of Biomedical
+Engineering 44 (2016), 2922-2936.
+
+`DeGrooteFregly2016` has the constants of OpenSim's class of that name, changed so that the curves
+pass exactly through f_l(1) = 1, f_v(-1) = 0, f_v(0) = 1 and f_SE(1) = 0.
+`DeGrooteFregly2016Published` has those of the authors' own code.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ...checks import number_within
+from ..curves import Curve
+from .law import HillCurves, MuscleLaw
+
+# Active force-length: three Gaussians, rows (b1, b2, b3, b4); OpenSim changed the first b1.
+GAUSSIANS = (
+    (0.814483478343008, 1.05503342897057, 0.162384573599574, 0.0633034484654646),
+    (0.433004984392647, 0.716775413397760, -0.0299471169706956, 0.200356847296188),
+    (0.1, 1.0, 0.5 * math.sqrt(0.5), 0.0),
+)
+OPENSIM_GAUSSIANS = (
+    (0.8150671134243542, 1.055033428970575, 0.162384573599574, 0.063303448465465),
+    (0.433004984392647, 0.716775413397760, -0.029947116970696, 0.200356847296188),
+    (0.1, 1.0, 0.353553390593274, 0.0),
+)
+# Force-velocity: d1, d2, d3, d4.
+FORCE_VELOCITY = (-0.318323436899127, -8.14915604347525, -0.374121508647863, 0.885644059915004)
+OPENSIM_FORCE_VELOCITY = (-0.3211346127989808, -8.149, -0.374, 0.8825327733249912)
+# Passive fibre: exponent k_PE, and the strain at one maximum isometric force.
+K_PE, STRAIN = 4.0, 0.6
+ZERO_LENGTH = 0.2  # fibre length where the passive force is zero, and the shortest one in use
+# Tendon: f_SE = c1 exp(k_T (l_t - c2)) - c3.
+C_1, C_2, C_3, K_T = 0.2, 0.995, 0.25, 35.0
+OPENSIM_C_2, OPENSIM_C_3 = 1.0, 0.2
+# Beyond twice the maximum contraction velocity f_v and its inverse go on along their tangents: the
+# inverse grows exponentially and would overflow at small activation.
+FASTEST = 2.0
+# Farther ends of the curves: normalised fibre length, and tendon strain over e0.
+LONGEST = 3.0
+TENDON = (-5.0, 3.0)
+
+
+def active_force_length(x, gaussians, width_scale=1.0):
+    """f_l: a sum of Gaussians whose width grows with the length."""
+    s = (x - 1.0) / width_scale + 1.0
+    return sum(
+        b_1 * np.exp(-0.5 * ((s - b_2) / (b_3 + b_4 * s)) ** 2) for b_1, b_2, b_3, b_4 in gaussians
+    )
+
+
+def force_velocity(v, d_1, d_2, d_3, d_4):
+    """f_v; the logarithm of the source is an inverse hyperbolic sine."""
+    return d_1 * np.arcsinh(d_2 * v + d_3) + d_4
+
+
+def inverse_force_velocity(f, d_1, d_2, d_3, d_4):
+    """Closed-form inverse of `force_velocity`."""
+    return (np.sinh((f - d_4) / d_1) - d_3) / d_2
+
+
+def force_velocity_curves(constants: tuple[float, float, float, float]) -> tuple[Curve, Curve]:
+    """f_v and its inverse."""
+    ends = force_velocity(np.array([-FASTEST, FASTEST]), *constants)
+    return (
+        Curve(lambda v: force_velocity(v, *constants), (-FASTEST, FASTEST)),
+        Curve(lambda f: inverse_force_velocity(f, *constants), ends),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class DeGrooteFregly2016(MuscleLaw):
+    """OpenSim's `DeGrooteFregly2016Muscle`.
+
+    Parameters
+    ----------
+    active_force_width_scale : float
+        Stretches f_l about the optimal length, at least 1.
+    passive_fiber_strain_at_one_norm_force : float
+        Fibre strain at which the passive force is F0.
+    fiber_damping : float
+        OpenSim ignores it in units with an elastic tendon in its explicit form.
+    """
+
+    active_force_width_scale: float = 1.0
+    passive_fiber_strain_at_one_norm_force: float = STRAIN
+    fiber_damping: float = 0.0
+
+    tendon_strain_at_one_norm_force: ClassVar[float] = 0.049
+    shortest_fiber: ClassVar[float] = ZERO_LENGTH
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("active_force_width_scale", 1.0, 10.0),
+            ("passive_fiber_strain_at_one_norm_force", 0.01, 10.0),
+            ("fiber_damping", 0.0, 10.0),
+        ):
+            number_within(f"{type(self).__name__}: {name}", getattr(self, name), low, high, "1")
+
+    def make_curves(self, elastic: bool) -> HillCurves:
+        strain = self.passive_fiber_strain_at_one_norm_force
+        offset = math.exp(K_PE * (ZERO_LENGTH - 1.0) / strain)
+        growth = math.log((1.0 + OPENSIM_C_3) / C_1)  # k_T times the strain at one F0
+        return HillCurves(
+            Curve(
+                lambda x: active_force_length(
+                    x, OPENSIM_GAUSSIANS, self.active_force_width_scale
+                ),
+                (0.0, LONGEST),
+                (0.0, 0.0),
+            ),
+            *force_velocity_curves(OPENSIM_FORCE_VELOCITY),
+            Curve(
+                lambda x: (
+                    (np.exp(K_PE * (x - 1.0) / strain) - offset) / (math.exp(K_PE) - offset)
+                ),
+                (0.0, LONGEST),
+            ),
+            Curve(lambda s: C_1 * np.exp(growth * s) - OPENSIM_C_3, TENDON),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class DeGrooteFregly2016Published(MuscleLaw):
+    """The constants of the authors' code: f_l(1) = 0.9993, and f_SE reaches one F0 at 4.7 %.
+
+    Parameters
+    ----------
+    tendon_stiffness : float
+        k_T of the tendon's exponential; muscles give no tendon strain.
+    """
+
+    tendon_stiffness: float = K_T
+
+    shortest_fiber: ClassVar[float] = ZERO_LENGTH
+
+    def __post_init__(self) -> None:
+        number_within(
+            f"{type(self).__name__}: tendon_stiffness", self.tendon_stiffness, 1.0, 1000.0, "1"
+        )
+
+    def make_curves(self, elastic: bool) -> HillCurves:
+        offset = math.exp(K_PE * (ZERO_LENGTH - 1.0) / STRAIN)
+        ends = [s * 0.05 * K_T / self.tendon_stiffness for s in TENDON]
+        return HillCurves(
+            Curve(lambda x: active_force_length(x, GAUSSIANS), (0.0, LONGEST), (0.0, 0.0)),
+            *force_velocity_curves(FORCE_VELOCITY),
+            Curve(
+                lambda x: (np.exp(K_PE * (x - 1.0) / STRAIN) - offset) / (math.exp(K_PE) - 1.0),
+                (0.0, LONGEST),
+            ),
+            Curve(
+                lambda e: C_1 * np.exp(self.tendon_stiffness * (e + (1.0 - C_2))) - C_3, ends
+            ),
+        )

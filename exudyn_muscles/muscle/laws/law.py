@@ -1,0 +1,75 @@
+"""What a muscle law is: four characteristic curves and a few numbers.
+
+All curves are normalised: fibre lengths by the optimal fibre length, forces by the maximum
+isometric force, fibre velocities by the maximum contraction velocity (shortening is negative),
+tendon strains by the strain at one maximum isometric force.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from functools import cache
+from typing import NamedTuple
+
+from ..curves import Curve
+
+
+class HillCurves(NamedTuple):
+    """The curves of one law.
+
+    Attributes
+    ----------
+    active_force_length : Curve
+        f_l of the fibre length.
+    force_velocity : Curve
+        f_v of the fibre velocity.
+    inverse_force_velocity : Curve
+        Fibre velocity of f_v; a law may define it apart.
+    passive_force_length : Curve
+        f_PE of the fibre length.
+    tendon_force_length : Curve or None
+        f_SE of the tendon strain over `tendon_strain_at_one_norm_force`, or of the tendon strain
+        itself if the law has no such number; None for rigid tendons only.
+    """
+
+    active_force_length: Curve
+    force_velocity: Curve
+    inverse_force_velocity: Curve
+    passive_force_length: Curve
+    tendon_force_length: Curve | None
+
+
+class MuscleLaw(ABC):
+    """A muscle law; the built-in ones are frozen dataclasses, equal if their numbers are.
+
+    Attributes
+    ----------
+    fiber_damping : float
+        beta, force at the maximum contraction velocity over F0 of a damper beside the fibre.
+    tendon_strain_at_one_norm_force : float or None
+        Default for muscles that give none; None if the tendon curve cannot be scaled.
+    shortest_fiber : float
+        The fibre stops here [optimal fibre lengths].
+    speed_without_activation : float
+        Share of the maximum contraction velocity that is left at zero activation; it grows
+        linearly to one at full activation.
+    """
+
+    fiber_damping: float = 0.0
+    tendon_strain_at_one_norm_force: float | None = None
+    shortest_fiber: float = 0.0
+    speed_without_activation: float = 1.0
+
+    @abstractmethod
+    def make_curves(self, elastic: bool) -> HillCurves:
+        """The curves of a unit with an elastic or a rigid tendon."""
+
+    def curves(self, elastic: bool = True) -> HillCurves:
+        """The curves of a unit with an elastic or a rigid tendon, as the kernels see them."""
+        return _curves(self, elastic)
+
+
+@cache
+def _curves(law: MuscleLaw, elastic: bool) -> HillCurves:
+    """Made once: laws are values."""
+    return law.make_curves(elastic)

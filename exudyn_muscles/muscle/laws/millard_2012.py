@@ -1,0 +1,229 @@
+"""The curves of Millard et al. (2013) as in OpenSim's `Millard2012EquilibriumMuscle`.
+
+M. Millard, T. Uchida, A. Seth, S. L. Delp, "Flexing computational muscle: modeling and simulation
+of musculotendon dynamics", Journal of Biomechanical Engineering 135 (2013), 021005.
+
+Every curve is a chain of quintic Bezier segments. A segment joins two points with given slopes: its
+six control points are the two ends, each end's two neighbours moved together towards the crossing
+of the two end tangents.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from ...checks import number_within
+from ..curves import Curve
+from .law import HillCurves, MuscleLaw
+
+# Constants of OpenSim's curve classes that no property of a model changes in practice.
+ACTIVE_CURVINESS = 1.0
+VELOCITY_CURVINESS = (0.6, 0.9)  # shortening, lengthening
+NEAR_VMAX = 0.9  # where the slope "near vmax" holds
+PASSIVE_CURVINESS, PASSIVE_LOW_STIFFNESS, PASSIVE_STIFFNESS = 0.75, 0.2, 2.0
+TENDON_CURVINESS, TENDON_TOE, TENDON_STIFFNESS = 0.5, 2.0 / 3.0, 1.375
+# An undamped fibre with an elastic tendon divides by f_l and inverts f_v: OpenSim then keeps f_l and
+# the slopes of f_v at the maximum velocities from falling below these.
+ACTIVE_FLOOR = 0.1
+SLOPE_FLOOR = 0.1
+BISECTIONS, NEWTON = 10, 5  # for a segment's parameter
+
+
+class Point(NamedTuple):
+    """A joint of two segments."""
+
+    x: float
+    y: float
+    slope: float
+
+
+def corner(start: Point, end: Point, curviness: float) -> np.ndarray:
+    """Control points (2, 6) of the segment between two points."""
+    c = 0.1 + 0.8 * curviness
+    x = (end.y - start.y - end.x * end.slope + start.x * start.slope) / (start.slope - end.slope)
+    crossing = np.array([x, start.y + (x - start.x) * start.slope])
+    first, last = np.array(start[:2]), np.array(end[:2])
+    near_first, near_last = first + c * (crossing - first), last + c * (crossing - last)
+    return np.array([first, near_first, near_first, near_last, near_last, last]).T
+
+
+def bernstein(points: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Value and derivative at the parameter `u` of the polynomial with six control values."""
+    w = 1.0 - u
+    basis = [w**5, 5 * u * w**4, 10 * u**2 * w**3, 10 * u**3 * w**2, 5 * u**4 * w, u**5]
+    slope_basis = [w**4, 4 * u * w**3, 6 * u**2 * w**2, 4 * u**3 * w, u**4]
+    value = sum(p * b for p, b in zip(points, basis, strict=True))
+    slope = sum(5.0 * p * b for p, b in zip(np.diff(points), slope_basis, strict=True))
+    return value, slope
+
+
+def bezier(joints: Sequence[Point], curviness: Sequence[float], inverse: bool = False) -> Curve:
+    """The chain of segments through the joints, y of x or x of y.
+
+    The parameter of an x is found by bisection and, from close by, Newton's method.
+    """
+    segments = [
+        corner(start, end, c)
+        for start, end, c in zip(joints[:-1], joints[1:], curviness, strict=True)
+    ]
+    across, along = (1, 0) if inverse else (0, 1)
+    edges = np.array([joint[across] for joint in joints])
+
+    def function(x: np.ndarray) -> np.ndarray:
+        which = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(segments) - 1)
+        y = np.empty_like(x)
+        for k, segment in enumerate(segments):
+            place = x[which == k]
+            low, high = np.zeros_like(place), np.ones_like(place)
+            for _ in range(BISECTIONS):
+                u = 0.5 * (low + high)
+                below = bernstein(segment[across], u)[0] < place
+                low, high = np.where(below, u, low), np.where(below, high, u)
+            for _ in range(NEWTON):
+                value, slope = bernstein(segment[across], u)
+                u = np.clip(u + (place - value) / slope, 0.0, 1.0)
+            y[which == k] = bernstein(segment[along], u)[0]
+        return y
+
+    slopes = [1.0 / joint.slope if inverse else joint.slope for joint in (joints[0], joints[-1])]
+    return Curve(function, edges, (slopes[0], slopes[1]))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Millard2012(MuscleLaw):
+    """OpenSim's `Millard2012EquilibriumMuscle`, damped (the default) or undamped.
+
+    Parameters
+    ----------
+    fiber_damping : float
+        beta; 0 (below 0.001) gives the undamped form, with `minimum_value` as the floor of f_l.
+    min_norm_active_fiber_length, transition_norm_fiber_length, max_norm_active_fiber_length : float
+        Start, shoulder and end of f_l.
+    shallow_ascending_slope, minimum_value : float
+        Slope below the plateau; floor of f_l, which only undamped units with an elastic tendon have.
+    concentric_slope_at_vmax, concentric_slope_near_vmax, isometric_slope : float
+        Slopes of f_v.
+    eccentric_slope_at_vmax, eccentric_slope_near_vmax : float
+        Slopes of f_v.
+    max_eccentric_velocity_force_multiplier : float
+        f_v at the maximum velocity of lengthening.
+    fiber_strain_at_zero_force, fiber_strain_at_one_norm_force : float
+        Fibre strains where f_PE begins and is one.
+    """
+
+    fiber_damping: float = 0.1
+    min_norm_active_fiber_length: float = 0.4441
+    transition_norm_fiber_length: float = 0.73
+    max_norm_active_fiber_length: float = 1.8123
+    shallow_ascending_slope: float = 0.8616
+    minimum_value: float = ACTIVE_FLOOR
+    concentric_slope_at_vmax: float = 0.0
+    concentric_slope_near_vmax: float = 0.25
+    isometric_slope: float = 5.0
+    eccentric_slope_at_vmax: float = 0.0
+    eccentric_slope_near_vmax: float = 0.15
+    max_eccentric_velocity_force_multiplier: float = 1.4
+    fiber_strain_at_zero_force: float = 0.0
+    fiber_strain_at_one_norm_force: float = 0.7
+
+    tendon_strain_at_one_norm_force: ClassVar[float] = 0.049
+
+    def __post_init__(self) -> None:
+        low = self.min_norm_active_fiber_length
+        for name, least, most in (
+            ("fiber_damping", 0.0, 10.0),
+            ("min_norm_active_fiber_length", 0.01, 0.9),
+            ("transition_norm_fiber_length", low + 0.01, 0.94),
+            ("max_norm_active_fiber_length", 1.2, 5.0),
+            ("shallow_ascending_slope", 0.01, 1.0 / (1.0 - low)),
+            ("minimum_value", 0.0, 0.4),
+            ("concentric_slope_at_vmax", 0.0, 0.99),
+            ("concentric_slope_near_vmax", self.concentric_slope_at_vmax, 0.99),
+            ("isometric_slope", 1.1, 100.0),
+            ("max_eccentric_velocity_force_multiplier", 1.05, 5.0),
+            ("eccentric_slope_at_vmax", 0.0, 1.0),
+            ("eccentric_slope_near_vmax", self.eccentric_slope_at_vmax, 1.0),
+            ("fiber_strain_at_zero_force", -0.5, 2.0),
+            ("fiber_strain_at_one_norm_force", self.fiber_strain_at_zero_force + 0.01, 10.0),
+        ):
+            number_within(f"{type(self).__name__}: {name}", getattr(self, name), least, most, "1")
+
+    @property
+    def shortest_fiber(self) -> float:  # type: ignore[override]
+        """OpenSim stops the fibre where the active curve begins."""
+        return self.min_norm_active_fiber_length
+
+    def make_curves(self, elastic: bool) -> HillCurves:
+        floored = elastic and self.fiber_damping < 1e-3
+        return HillCurves(
+            self._active(max(self.minimum_value, ACTIVE_FLOOR) if floored else 0.0),
+            bezier(self._velocity_joints(floored), np.repeat(VELOCITY_CURVINESS, 2)),
+            bezier(self._velocity_joints(True), np.repeat(VELOCITY_CURVINESS, 2), inverse=True),
+            self._passive(),
+            tendon(),
+        )
+
+    def _active(self, floor: float) -> Curve:
+        x_0, x_1, x_3 = (
+            self.min_norm_active_fiber_length,
+            self.transition_norm_fiber_length,
+            self.max_norm_active_fiber_length,
+        )
+        plateau = 0.05  # half its width
+        y_1 = 1.0 - self.shallow_ascending_slope * (1.0 - plateau - x_1)
+        joints = [
+            Point(x_0, floor, 0.0),
+            Point(0.5 * (x_0 + x_1), 0.5 * y_1, 1.25 * y_1 / (x_1 - x_0)),
+            Point(0.5 * (x_1 + 1.0 - plateau), 0.5 * (y_1 + 1.0), self.shallow_ascending_slope),
+            Point(1.0, 1.0, 0.0),
+            Point(0.5 * (1.0 + plateau + x_3), 0.5, -1.0 / (x_3 - 1.0 - 2.0 * plateau)),
+            Point(x_3, floor, 0.0),
+        ]
+        return bezier(joints, [ACTIVE_CURVINESS] * 5)
+
+    def _velocity_joints(self, floored: bool) -> list[Point]:
+        """Joints of f_v, with slopes at the maximum velocities that can be inverted or without."""
+        slopes = (self.concentric_slope_at_vmax, self.eccentric_slope_at_vmax)
+        if floored and min(slopes) < SLOPE_FLOOR:
+            slopes = (SLOPE_FLOOR, SLOPE_FLOOR)
+        elif not floored:
+            slopes = (0.0, 0.0)
+        far, most = 1.0 - NEAR_VMAX, self.max_eccentric_velocity_force_multiplier
+        near_c, near_e = self.concentric_slope_near_vmax, self.eccentric_slope_near_vmax
+        return [
+            Point(-1.0, 0.0, slopes[0]),
+            Point(-NEAR_VMAX, 0.5 * far * (near_c + slopes[0]), near_c),
+            Point(0.0, 1.0, self.isometric_slope),
+            Point(NEAR_VMAX, most - 0.5 * far * (near_e + slopes[1]), near_e),
+            Point(1.0, most, slopes[1]),
+        ]
+
+    def _passive(self) -> Curve:
+        start = 1.0 + self.fiber_strain_at_zero_force
+        end = 1.0 + self.fiber_strain_at_one_norm_force
+        stiffness = PASSIVE_STIFFNESS / (end - start)
+        toe = min(0.1 / stiffness, 0.1 * (end - start))
+        joints = [
+            Point(start, 0.0, 0.0),
+            Point(start + toe, PASSIVE_LOW_STIFFNESS * 0.5 * toe, PASSIVE_LOW_STIFFNESS),
+            Point(end, 1.0, stiffness),
+        ]
+        return bezier(joints, [PASSIVE_CURVINESS] * 2)
+
+
+def tendon() -> Curve:
+    """f_SE of the tendon strain over its value at one F0: the curve scales with that strain."""
+    toe = 1.0 - (1.0 - TENDON_TOE) / TENDON_STIFFNESS
+    foot = 0.1 * toe
+    middle = 1.0 - (1.0 - 0.5 * TENDON_TOE) / TENDON_STIFFNESS
+    slope = 0.5 * TENDON_TOE / (middle - foot)
+    joints = [
+        Point(0.0, 0.0, 0.0),
+        Point(0.5 * (foot + middle), 0.5 * slope * (middle - foot), slope),
+        Point(toe, TENDON_TOE, TENDON_STIFFNESS),
+    ]
+    return bezier(joints, [TENDON_CURVINESS] * 2)

@@ -1,0 +1,170 @@
+"""Musculotendon units against OpenSim 4.6: right-hand sides, equilibria, isometric contractions."""
+
+import csv
+import itertools
+import json
+
+import numpy as np
+import pytest
+
+import exudyn_muscles as em
+
+from ..opensim import REFERENCE, needs_opensim_files
+from ..opensim_models import FILES, muscle, muscles
+
+pytestmark = needs_opensim_files
+
+KINDS = [
+    "thelen", "thelen_arm26", "millard", "millard_b001", "millard_undamped", "millard_rigid",
+    "dgf", "dgf_smooth01", "dgf_rigid",
+]  # fmt: skip
+# Held excitations follow the ramps to second order; elsewhere they are exact.
+EXCITATION = ([0.0, 0.05, 0.06, 0.30, 0.31], [0.05, 0.05, 0.9, 0.9, 0.05])
+RAMPS = ((0.05, 0.06), (0.30, 0.31))
+WINDOWS = 100  # within one row of a ramp
+
+
+@pytest.fixture(scope="module", params=FILES)
+def model(request):
+    """Muscles, OpenSim's numbers (20 states, m muscles), and how well the two agree."""
+    name = request.param
+    table = dict(np.load(REFERENCE / f"{name}_static.npz"))
+    # Newton's method of OpenSim's damped fibre ends at 1e-10 F0.
+    return muscles(name), table, 1e-8 if name.endswith("millard") else 1e-10
+
+
+def right_hand_sides(units, table):
+    """`MuscleDynamics` of (20, m) arrays at the states of the table."""
+    states = zip(*(table[key] for key in ("act", "exc", "lf", "L", "V")), strict=True)
+    rows = [
+        em.muscle_dynamics(units, a, em.tendon_length(units, fiber, l), l, v, excitation=u)
+        for a, u, fiber, l, v in states
+    ]
+    return em.MuscleDynamics(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def check(table, key, found, scale, tolerance, where=slice(None)):
+    difference = np.abs(found - table[key]) / scale
+    assert difference[where].max() <= tolerance, key
+
+
+def fastest(units):
+    """V = v_max l_m0, (m,) [m/s]."""
+    return np.array([unit.max_contraction_velocity * unit.optimal_fiber_length for unit in units])
+
+
+def test_right_hand_sides(model):
+    """Differences are over what one optimal unit of each quantity is: F0, V, 1/tau_a, 1 rad.
+
+    Velocities and their multipliers run up to 50 V and 7 where the curves go on along straight
+    lines: there they are relative to themselves.
+    """
+    units, table, tolerance = model
+    found = right_hand_sides(units, table)
+    F0, V = units.max_isometric_force, fastest(units)
+    tau_a = np.array([unit.activation_time_constant for unit in units])
+    fiber_force = found.active_fiber_force + found.passive_fiber_force
+    # A fibre at its shortest length bears no force in OpenSim, and its tendon is slack; here its
+    # active force is F0 a f_l as in every fibre at rest.
+    moves = table["lfdot"] != 0.0
+
+    def faster(key, unit):
+        return np.maximum(np.abs(table[key]), unit)
+
+    for key, value, scale in (
+        ("penn", found.pennation_angle, 1.0),
+        ("lf", found.fiber_length, units.optimal_fiber_length),
+        ("fal", found.active_force_length, 1.0),
+        ("fpe", found.passive_force_length, 1.0),
+        ("fv", found.force_velocity, faster("fv", 1.0)),
+        ("vf", found.fiber_velocity, faster("vf", V)),
+        ("lfdot", found.fiber_velocity, faster("vf", V)),
+        ("vfN", found.fiber_velocity / V, faster("vfN", 1.0)),
+        ("Fpass", found.passive_fiber_force, F0),
+        ("Ft", found.tendon_force, F0),
+        ("adot", found.activation_rate, 1.0 / tau_a),
+    ):
+        check(table, key, value, scale, tolerance)
+    along_tendon = fiber_force * np.cos(found.pennation_angle)
+    check(table, "Fact", found.active_fiber_force, F0, tolerance, moves)
+    check(table, "Ffib_AT", along_tendon, F0, tolerance, moves)
+    assert (found.tendon_force[~moves] == 0.0).all()
+    assert (found.force_velocity[~moves] == 1.0).all()
+
+
+def test_tendon_lengths_and_their_rates(model):
+    units, table, tolerance = model
+    found = right_hand_sides(units, table)
+    rows = zip(table["lf"], table["L"], strict=True)
+    lengths = np.array([em.tendon_length(units, fiber, l) for fiber, l in rows])
+    check(table, "lT", lengths, table["lT"], tolerance)
+    table["lTdot"] = table["V"] - table["lfdot"] / np.cos(table["penn"])
+    check(table, "lTdot", found.tendon_length_rate, np.abs(table["vf"]) + fastest(units), tolerance)
+
+
+def test_slack_tendons_and_fibers_at_their_shortest_are_among_the_states():
+    slack, shortest = 0, 0
+    for name in FILES:
+        table = np.load(REFERENCE / f"{name}_static.npz")
+        slack += np.count_nonzero(table["Ft"] == 0.0)
+        shortest += np.count_nonzero(table["lfdot"] == 0.0)
+    assert (slack, shortest) == (12, 10)
+
+
+def test_equilibria(model):
+    """OpenSim's own end at a residual of 1e-8 F0."""
+    units, table, _ = model
+    assert table["eq_ok"].all()
+    rows = [em.equilibrium(units, a, l) for a, l in zip(table["act"], table["L"], strict=True)]
+    found = em.Equilibrium(*(np.array(column) for column in zip(*rows, strict=True)))
+    check(table, "lf_eq", found.fiber_length, units.optimal_fiber_length, 1e-8)
+    check(table, "Ft_eq", found.force, units.max_isometric_force, 1e-8)
+
+
+def isometric(kind):
+    """OpenSim's unit and its contraction at constant length: (MuscleSet, column -> (rows,))."""
+    given = json.loads((REFERENCE / "single.json").read_text())
+    of, properties = given["kinds"][kind]
+    properties |= {
+        "max_isometric_force": given["Fmax"],
+        "optimal_fiber_length": given["lopt"],
+        "tendon_slack_length": given["lTs"],
+        "pennation_angle_at_optimal": given["penn"],
+        "max_contraction_velocity": given["vmax"],
+    }
+    unit = muscle(of, kind, properties)
+    with open(REFERENCE / f"single_iso_{kind}.csv", newline="") as stream:
+        names, *rows = csv.reader(stream)
+    columns = np.array(rows, dtype=float).T
+    return em.MuscleSet([unit]), dict(zip(names, columns, strict=False))
+
+
+def windows(rows):
+    """Ends of windows [s] that begin and end at every row, and are short where u changes."""
+    ends = [rows[:1]]
+    for begin, end in itertools.pairwise(rows):
+        ramp = any(low - 1e-9 < begin and end < high + 1e-9 for low, high in RAMPS)
+        ends.append(np.linspace(begin, end, (WINDOWS if ramp else 1) + 1)[1:])
+    return np.concatenate(ends)
+
+
+@pytest.mark.parametrize("integrator", em.Integrator)
+@pytest.mark.parametrize("kind", KINDS)
+def test_isometric_contraction(kind, integrator):
+    """Tendon force and activation at all 121 rows, through both ramps of the excitation."""
+    units, table = isometric(kind)
+    a, l, v = table["activation"][:1], table["L"][:1], np.zeros(1)
+    l_t = em.tendon_length(units, table["fiber_length"][:1], l)
+    F = em.muscle_dynamics(units, a, l_t, l, v).tendon_force
+    time = windows(table["time"])
+    found = [(a[0], F[0])]
+    for begin, end in itertools.pairwise(time):
+        u = np.interp([0.5 * (begin + end)], *EXCITATION)
+        a, l_t, F, *_ = em.integrate_window(
+            units, a, l_t, u, (l, l), (v, v), end - begin, tolerance=1e-6, integrator=integrator
+        )
+        found.append((a[0], F[0]))
+    rows = np.searchsorted(time, table["time"] - 1e-9)
+    activation, force = np.array(found)[rows].T
+    assert np.abs(activation - table["activation"]).max() < 1e-5
+    assert np.abs(force - table["tendon_force"]).max() < 1e-5 * units.max_isometric_force[0]
