@@ -69,8 +69,8 @@ hand_position = mbs.AddSensor(
 
 
 def stored_forces(mbs, t, sensor_numbers, factors, configuration):
-    """The committed tendon forces, which the sensor stores; also asked for before the run."""
-    return list(plugin.F) if hasattr(plugin, "F") else [0.0] * 4
+    """The committed tendon forces, which the sensor stores."""
+    return list(plugin.tendon_forces)
 
 
 muscle_forces = mbs.AddSensor(

@@ -54,8 +54,8 @@ from .result import Counts, Difference, Excitations, Status, Trajectory
 __version__ = version("exudyn_muscles")
 
 __all__ = [
-    "ActivationDynamics",
     "CMC",
+    "ActivationDynamics",
     "CMCPlugin",
     "Cosimulation",
     "CosimulationPlugin",

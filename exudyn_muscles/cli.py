@@ -742,8 +742,8 @@ def _parser() -> argparse.ArgumentParser:
         "compare a stored result with a stored reference",
         "quantities: coordinates, desired_coordinates [rad or m], speeds [rad/s or m/s],\n"
         "accelerations, excitations, activations, tendon_forces, force_min, force_max,\n"
-        "force_optimal [N], musculotendon_lengths, fiber_lengths [m], torques_demanded,\n"
-        "torques_delivered, torques_unmet, reserves [N m or N]\n\n"
+        "force_optimal [N], musculotendon_lengths, tendon_lengths, fiber_lengths [m],\n"
+        "torques_demanded, torques_delivered, torques_unmet, reserves [N m or N]\n\n"
         f"example: {PROGRAM} check pendulum_csf.npz reference.npz --tolerance excitations=1e-3\n"
         "exit status: 0 they agree, 1 they differ, 2 a file cannot be used",
     )

@@ -100,7 +100,7 @@ class Plugin(ABC):
 
     @abstractmethod
     def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Set the state `a`, `l_t` (m,) and `geometry` at the start; return the muscles' torque (n,).
+        """Set `a`, `l_t` (m,) and `geometry` at the start; return the muscles' torque (n,).
 
         They are the committed state from then on; only `accept` replaces them.
         """
@@ -191,6 +191,13 @@ class Plugin(ABC):
                 mbs.sys.setdefault("dynamicSolver", solver_before)
             self.record.stop()
         warn_of_unmet_torque(self.record)
+
+    @property
+    def tendon_forces(self) -> np.ndarray:
+        """Tendon forces (m,) [N] after the last accepted step; zero before the run."""
+        if not self.record.time:
+            return np.zeros(len(self.model.muscles))
+        return self.model.tendon_forces(self.geometry, self.a, self.l_t)
 
     def result(self) -> Trajectory:
         """What was accepted so far.

@@ -99,15 +99,18 @@ class MusculoskeletalModel:
         """Names of the n coordinates."""
         return self.skeleton.coordinates
 
+    def tendon_forces(self, geometry: Geometry, a: np.ndarray, l_t: np.ndarray) -> np.ndarray:
+        """Tendon forces (m,) [N] of muscles in the state a, l_t (m,)."""
+        F = np.empty(a.size)
+        tendon_forces(self.muscles.units, a, l_t, geometry.length, geometry.lengthening_speed, F)
+        return F
+
     def torque(
         self, geometry: Geometry, a: np.ndarray, l_t: np.ndarray, reserve: np.ndarray
     ) -> np.ndarray:
-        """Torques (n,) of muscles in the state a, l_t (m,) and reserves (r,); slack tendons do not
-        push."""
-        F = np.empty(a.size)
-        tendon_forces(
-            self.muscles.units, a, l_t, geometry.length, geometry.lengthening_speed, F
-        )
+        """Torques (n,) of muscles in the state a, l_t (m,) and of reserves (r,); slack tendons do
+        not push."""
+        F = self.tendon_forces(geometry, a, l_t)
         torque = geometry.moment_arms.T @ np.maximum(F, 0.0)
         if reserve.size:
             torque += self.reserve_columns @ reserve

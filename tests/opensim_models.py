@@ -4,6 +4,7 @@ Read from the .osim files in place, in their three versions. It reads what these
 no importer: a property that a file leaves out has the default of its OpenSim class.
 """
 
+import dataclasses
 import xml.etree.ElementTree as ElementTree
 
 import exudyn as exu
@@ -116,10 +117,11 @@ def muscles(name):
     return em.MuscleSet(read_muscle(element) for element in elements(name)[1])
 
 
-def block(name):
+def block(name, **changes):
     """A block on a slider, its muscles along straight lines, as an Exudyn system.
 
-    The tree's one link has the axes of the joint's frame on the block.
+    The tree's one link has the axes of the joint's frame on the block. `changes` replace the
+    muscles' own parameters.
     """
     root, found = elements(name)
     body = next(item for item in root.iter("Body") if item.get("name") == "block")
@@ -166,7 +168,8 @@ def block(name):
     )
     mbs.Assemble()
     units = [
-        read_muscle(item, [point(place) for place in item.iter("PathPoint")]) for item in found
+        dataclasses.replace(read_muscle(item, map(point, item.iter("PathPoint"))), **changes)
+        for item in found
     ]
     coordinate = next(joint.iter("Coordinate")).get("name")
     return em.MusculoskeletalModel(mbs, tree, units, coordinates=[coordinate])

@@ -321,6 +321,92 @@ def test_bad_tolerance_is_a_usage_error(text, capsys):
     assert "is not QUANTITY=VALUE" in capsys.readouterr().err
 
 
+# curves
+
+MY_LAW = """
+import exudyn_muscles as em
+
+law = em.CustomLaw(
+    "mine",
+    active_force_length=lambda x: 1 - (x - 1) ** 2 / 4,
+    force_velocity=lambda v: 1 + v,
+    passive_force_length=lambda x: max(x - 1, 0),
+)
+number = 3
+"""
+
+
+@pytest.fixture
+def law_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "my_law.py"
+    file.write_text(MY_LAW)
+    return str(file)
+
+
+@pytest.mark.parametrize("name", cli.LAWS)
+@pytest.mark.parametrize("options", [[], ["--rigid"]])
+def test_curves_of_the_built_in_laws(name, options, tmp_path, capsys):
+    file = tmp_path / "new" / f"{name}.png"
+    assert cli.main(["curves", "--law", name, "--out", str(file), *options]) == 0
+    printed = capsys.readouterr()
+    assert (printed.out, printed.err) == (f"wrote {file}\n", "")
+    assert file.stat().st_size > 20_000
+
+
+def test_every_law_of_the_package_has_its_curves():
+    laws = {name for name in em.__all__ if isinstance(getattr(em, name), type)
+            and issubclass(getattr(em, name), em.MuscleLaw)}  # fmt: skip
+    assert laws == {*cli.LAWS, "MuscleLaw", "CustomLaw"}
+
+
+def test_curves_are_written_here_if_no_file_is_named(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["curves", "--law", "Millard2012", "--fiber-damping", "0"]) == 0
+    assert capsys.readouterr().out == "wrote curves.png\n"
+    assert cli.main(["curves", "--law", "Thelen2003", "--out", "thelen"]) == 0
+    assert capsys.readouterr().out == "wrote thelen.png\n"
+    assert {file.name for file in tmp_path.iterdir()} == {"curves.png", "thelen.png"}
+
+
+def test_curves_of_a_law_of_ones_own(law_file, tmp_path):
+    file = tmp_path / "mine.svg"
+    assert cli.main(["curves", "--law", f"{law_file}:law", "--out", str(file)]) == 0
+    assert cli.main(["curves", "--law", f"{law_file}:law", "--fiber-damping", "0.2"]) == 0
+    assert file.read_text().startswith("<?xml")
+
+
+def test_damping_of_a_law():
+    assert cli.load_law("Millard2012") == em.Millard2012()
+    assert cli._damped(em.Millard2012(), 0.0) == em.Millard2012(fiber_damping=0.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--law", "Hill1938"], ["--law Hill1938", "Thelen2003", "FILE.py:NAME"]),
+        (["--law", "none.py:law"], ["none.py", "no such law file"]),
+        (["--law", "{file}:other"], ["my_law.py", "other has to be a MuscleLaw", "None"]),
+        (["--law", "{file}:number"], ["my_law.py", "number has to be a MuscleLaw", "3"]),
+        (["--law", "Thelen2003", "--fiber-damping", "0.1"], ["Thelen2003 has no damper"]),
+        (["--law", "Millard2012", "--fiber-damping", "-1"], ["fiber_damping = -1.0", "[0, 10]"]),
+        (["--law", "Millard2012", "--out", "{file}.text"], ["text", "not supported"]),
+    ],
+)
+def test_bad_options_of_curves(options, words, law_file, capsys):
+    assert cli.main(["curves", *(option.format(file=law_file) for option in options)]) == 2
+    line = error_line(capsys)
+    assert all(word in line for word in words)
+
+
+def test_a_law_that_cannot_be_made_is_named_with_its_line(law_file, capsys):
+    source = Path(law_file).read_text()
+    Path(law_file).write_text(source.replace("1 + v", "2 + v"))
+    assert cli.main(["curves", "--law", f"{law_file}:law"]) == 2
+    line = error_line(capsys)
+    assert f"{law_file}, line 4: importing it failed: ParameterError: law 'mine': force_v" in line
+
+
 # Help
 
 
@@ -331,7 +417,7 @@ def test_help_of_check_names_every_quantity(capsys):
     assert {*POINTS, *WINDOWS} <= set(text)
 
 
-@pytest.mark.parametrize("arguments", [[], ["run"], ["compare"], ["check"]])
+@pytest.mark.parametrize("arguments", [[], ["run"], ["compare"], ["check"], ["curves"]])
 def test_help_has_an_example(arguments, capsys):
     with pytest.raises(SystemExit) as exit_info:
         cli.main([*arguments, "--help"])
@@ -340,7 +426,7 @@ def test_help_has_an_example(arguments, capsys):
 
 
 @pytest.mark.parametrize(
-    "arguments", [[], ["run", "model.py"], ["compare", "m.py", "--repeat", "0"]]
+    "arguments", [[], ["run", "model.py"], ["compare", "m.py", "--repeat", "0"], ["curves"]]
 )
 def test_usage_errors(arguments):
     with pytest.raises(SystemExit) as exit_info:

@@ -62,3 +62,15 @@ def test_recorded_motion(run):
     variables, printed = run("05")
     assert np.abs(variables["replay"].coordinates - variables["cmc"].coordinates).max() < 1e-10
     assert "difference from the stored result: None" in printed
+
+
+def test_a_law_of_your_own(run, tmp_path):
+    variables, printed = run("06")
+    assert np.degrees(variables["result"].tracking_error_rms()[0]) < 0.02
+    assert variables["result"].max_unmet_torque == 0.0
+    assert re.findall(r"^(\S.*\S) *: largest excitation 0.\d", printed, re.M) == [
+        "De Groote",
+        "frog",
+    ]
+    for name in ("laws", "left_muscle"):
+        assert (tmp_path / "out" / f"{name}.png").stat().st_size > 20_000

@@ -9,11 +9,11 @@ from pathlib import Path
 import exudyn_muscles
 
 SCRIPT = """
-from exudyn_muscles.muscle import contraction, parameters
+from exudyn_muscles.muscle import equilibrium, parameters
 unit = parameters.Muscle("unit", max_isometric_force=1000.0, optimal_fiber_length=0.1,
                          tendon_slack_length=0.2)
-print(contraction.equilibrium(parameters.MuscleSet([unit]), [0.5], [0.34])[0])
-print(sum(contraction.equilibrium_forces.stats.cache_hits.values()))
+print(equilibrium.equilibrium(parameters.MuscleSet([unit]), [0.5], [0.34]).force[0])
+print(sum(equilibrium.equilibria.stats.cache_hits.values()))
 """
 
 
@@ -39,10 +39,10 @@ def test_a_change_in_another_file_is_seen(tmp_path):
     first, hits = run(tmp_path)
     assert hits == 0
     assert run(tmp_path) == (first, 1)
-    curves = package / "muscle" / "curves.py"
-    changed = curves.read_text().replace("K_PE, E_0 = 4.0, 0.6", "K_PE, E_0 = 4.0, 0.5")
-    assert changed != curves.read_text()
-    curves.write_text(changed)
+    contraction = package / "muscle" / "contraction.py"
+    changed = contraction.read_text().replace("+ f_PE + beta * v,", "+ 1.1 * f_PE + beta * v,")
+    assert changed != contraction.read_text()
+    contraction.write_text(changed)
     stiffer, hits = run(tmp_path)
     assert hits == 0
     assert stiffer > first + 1.0

@@ -50,12 +50,19 @@ def test_a_model(system):
 
 def test_torques(system):
     """r^T F of the taut tendons, and the reserves."""
-    model = em.MusculoskeletalModel(
-        *system, [muscle("a", -1, 2), muscle("b", 0, 1)], reserves=[em.Reserve("q1", 5.0)]
-    )
-    geometry = model.geometry(np.array([0.1, -0.3, 0.2]), np.zeros(3))
-    torque = model.torque(geometry, np.array([100.0, -5.0]), np.array([3.0]))
-    expected = 100.0 * geometry.moment_arms[0] + [0.0, 3.0, 0.0]
+    muscles = [
+        muscle("taut", -1, 2),
+        muscle("slack", 0, 1),
+        muscle("rigid", -1, 1, ignore_tendon_compliance=True),
+    ]
+    model = em.MusculoskeletalModel(*system, muscles, reserves=[em.Reserve("q1", 5.0)])
+    geometry = model.geometry(np.array([0.1, -0.3, 0.2]), np.array([0.1, 0.0, -0.2]))
+    a, l_t = np.array([0.3, 0.4, 0.5]), np.array([0.103, 0.099, 0.1])
+    torque = model.torque(geometry, a, l_t, np.array([3.0]))
+    state = model.muscles, a, l_t, geometry.length, geometry.lengthening_speed
+    F = em.muscle_dynamics(*state).tendon_force
+    assert F[0] > 100.0 and F[1] < 0.0 and F[2] > 100.0
+    expected = geometry.moment_arms[[0, 2]].T @ F[[0, 2]] + [0.0, 3.0, 0.0]
     np.testing.assert_allclose(torque, expected)
 
 
@@ -65,9 +72,11 @@ def test_power_balance(system):
     rng = np.random.default_rng(5)
     for _ in range(10):
         q, v = rng.uniform(-2.0, 2.0, (2, 3))
-        F = rng.uniform(0.0, 1000.0, 2)
+        a, l_t = rng.uniform(0.01, 1.0, 2), rng.uniform(0.1, 0.105, 2)
         geometry = model.geometry(q, v)
-        torque = model.torque(geometry, F, np.zeros(0))
+        path = geometry.length, geometry.lengthening_speed
+        F = em.muscle_dynamics(model.muscles, a, l_t, *path).tendon_force
+        torque = model.torque(geometry, a, l_t, np.zeros(0))
         assert torque @ v == pytest.approx(-F @ geometry.lengthening_speed, abs=1e-11)
 
 

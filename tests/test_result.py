@@ -34,7 +34,8 @@ def changed(trajectory, name, row, column, by):
 def test_shapes_and_contents(csf):
     assert csf.time.shape == (101,)
     assert csf.coordinates.shape == csf.speeds.shape == csf.accelerations.shape == (101, 1)
-    assert csf.activations.shape == csf.tendon_forces.shape == csf.fiber_lengths.shape == (101, 2)
+    assert csf.activations.shape == csf.tendon_forces.shape == (101, 2)
+    assert csf.tendon_lengths.shape == csf.fiber_lengths.shape == (101, 2)
     assert csf.excitation_values.shape == csf.force_max.shape == (100, 2)
     assert csf.window_time.shape == (101,)
     assert csf.settings["kp"] == KP and csf.settings["scheme"] == "FULL"
@@ -48,6 +49,7 @@ def test_fiber_and_tendon_make_up_the_path(csf):
     f = csf.tendon_forces / 3000.0
     k_T = np.log(6.0) / 0.049
     tendon = 0.16 * (1.0 + np.log((f + 0.2) / 0.2) / k_T)
+    np.testing.assert_allclose(tendon, csf.tendon_lengths, atol=1e-12)
     width = 0.15 * np.sin(0.1)
     along = np.sqrt(csf.fiber_lengths**2 - width**2)
     np.testing.assert_allclose(tendon + along, csf.musculotendon_lengths, atol=1e-12)
@@ -106,7 +108,7 @@ def test_another_version_is_refused(csf, tmp_path):
     header = json.loads(str(content.pop("header")))
     header["version"] = 99
     np.savez(tmp_path / "later.npz", header=json.dumps(header), **content)
-    with pytest.raises(em.ResultFileError, match=r"version 1, found .* version 99"):
+    with pytest.raises(em.ResultFileError, match=r"version 2, found .* version 99"):
         em.Trajectory.load(tmp_path / "later.npz")
 
 

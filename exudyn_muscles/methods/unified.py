@@ -19,20 +19,24 @@ from ..errors import WindowError
 from ..kernel import kernel
 from ..model import MusculoskeletalModel
 from ..motion import Motion
+from ..muscle.curves import PackedCurves
+from ..muscle.parameters import Units
 from ..muscle.trapezoidal import step
 from ..path.geometry import Geometry, path_geometry, path_tables
 
 
 @kernel(allocates=True)
 def unified_step(
-    units, joints, parents, rotations, offsets, base, reference, positions, links, starts,
-    q, v, h, start, trial, r, torque,
+    table, grids, bins, pieces, joints, parents, rotations, offsets, base, reference, positions,
+    links, starts, q, v, h, start, trial, r, torque,
 ):  # fmt: skip
     """One step of all muscles to the iterate q, q'.
 
     `start` (5, m) holds a, l_t, u, l, l'; written are `trial` (6, m) with a, l_t, l, l', dF/dl,
     dF/dl', r (m, n) and the torque (n,). Returns the first muscle whose step failed, or -1.
     """
+    # Handed over from Python as a tuple they would take a microsecond more.
+    units = Units(table, PackedCurves(grids, bins, pieces))
     l, l_rate = trial[2], trial[3]
     path_geometry(
         joints, parents, rotations, offsets, base, reference, positions, links, starts,
@@ -70,7 +74,8 @@ class UnifiedPlugin(Plugin):
         super().__init__(model, start, end, settings, motion, progress)
         announce_compilation(unified_step)
         m, n = len(model.muscles), len(model.coordinates)
-        self._tables = (model.muscles.units, *path_tables(model.skeleton.tree, model.paths))
+        units = model.muscles.units
+        self._tables = (units.table, *units.curves, *path_tables(model.skeleton.tree, model.paths))
         # Start and trial of a step, as `unified_step` has them.
         self._start, self._trial = np.empty((5, m)), np.empty((6, m))
         self._arms, self._torque = np.empty((m, n)), np.empty(n)
@@ -79,7 +84,7 @@ class UnifiedPlugin(Plugin):
     def start_muscles(
         self, q: np.ndarray, v: np.ndarray, geometry: Geometry
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Activations, tendon lengths (m,) and reserve torques (r,) at the start; opens the record."""
+        """a, l_t (m,) and reserve torques (r,) at the start; opens the record."""
 
     @abstractmethod
     def controls(self, t_0: float, t_1: float) -> np.ndarray:

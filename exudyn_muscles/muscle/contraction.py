@@ -31,25 +31,27 @@ from .parameters import (
     F_SE,
     F_V,
     INVERSE_F_V,
+    P_MIN,
     PER_E,
     PER_L_M0,
     PER_STRETCH,
-    P_MIN,
     RIGID,
     V_M,
     V_REST,
     WIDTH,
 )
 
-NEWTON = 60  # iterations for the velocity of a damped fibre; four or five are usual
-CONVERGED = 1e-14
+HALLEY = 60  # iterations for the velocity of a damped fibre; two are usual
+CONVERGED = 1e-5  # last correction of it: the next one would be its cube
 
 
 @kernel(inline=True)
 def tendon(units, i, l_t):
     """f_SE at the tendon length `l_t`, and its derivative [1/m]."""
     per_stretch = units.table[i, PER_STRETCH]
-    f, slope = evaluate(units.curves, int(units.table[i, F_SE]), l_t * per_stretch - units.table[i, PER_E])
+    f, slope, _ = evaluate(
+        units.curves, int(units.table[i, F_SE]), l_t * per_stretch - units.table[i, PER_E]
+    )
     return f, slope * per_stretch
 
 
@@ -73,12 +75,11 @@ def fiber_velocity(units, i, a, f_l, load):
     if beta == 0.0:
         per_capacity = 1.0 / capacity
         f_v = load * per_capacity
-        v_s, slope = evaluate(units.curves, int(units.table[i, INVERSE_F_V]), f_v)
+        v_s, slope, _ = evaluate(units.curves, int(units.table[i, INVERSE_F_V]), f_v)
         v = s * v_s
         v_load = s * slope * per_capacity
     else:
-        v = damped_velocity(units, i, s, capacity, load)
-        f_v, slope = evaluate(units.curves, int(units.table[i, F_V]), v / s)
+        v, f_v, slope = damped_velocity(units, i, s, capacity, load)
         v_load = 1.0 / (capacity * slope / s + beta)
         v_s = capacity * slope * v / (s * s) * v_load
     v_capacity = -f_v * v_load
@@ -87,26 +88,31 @@ def fiber_velocity(units, i, a, f_l, load):
 
 @kernel
 def damped_velocity(units, i, s, capacity, load):
-    """The v at which capacity f_v(v / s) + beta v is the load: Newton's method in a bracket."""
-    beta = units.table[i, BETA]
+    """The v at which capacity f_v(v / s) + beta v is the load, f_v and its slope there: Halley's
+    method in a bracket."""
+    beta = units.table[i, BETA] * s
     at = int(units.table[i, F_V])
     # The undamped velocity, damped by the slope that f_v has on average: good at both extremes.
-    v = s * evaluate(units.curves, int(units.table[i, INVERSE_F_V]), load / (capacity + beta * s))[0]
+    w = evaluate(units.curves, int(units.table[i, INVERSE_F_V]), load / (capacity + beta))[0]
     low, high = -math.inf, math.inf
-    for _ in range(NEWTON):
-        f_v, slope = evaluate(units.curves, at, v / s)
-        error = capacity * f_v + beta * v - load
+    f_v, slope = 0.0, 0.0
+    for _ in range(HALLEY):
+        f_v, slope, curvature = evaluate(units.curves, at, w)
+        error = capacity * f_v + beta * w - load
         if error > 0.0:
-            high = v
+            high = w
         else:
-            low = v
-        correction = -error / (capacity * slope / s + beta)
-        if abs(correction) <= CONVERGED * (1.0 + abs(v)):
-            return v + correction
-        v += correction
-        if not low < v < high:
-            v = 0.5 * (low + high)
-    return v
+            low = w
+        per_slope = 1.0 / (capacity * slope + beta)
+        step = -error * per_slope
+        step /= min(max(1.0 + 0.5 * step * capacity * curvature * per_slope, 0.5), 2.0)
+        w += step
+        if abs(step) <= CONVERGED * (1.0 + abs(w)):
+            f_v += step * (slope + 0.5 * step * curvature)
+            return s * w, f_v, slope + step * curvature
+        if not low < w < high:
+            w = 0.5 * (low + high)
+    return s * w, f_v, slope
 
 
 @kernel(inline=True)
@@ -124,8 +130,8 @@ def tendon_rate(units, i, a, l_t, l, l_rate):
         p, moves = units.table[i, P_MIN], 0.0
     l_m, per_cos, cos_p = fiber(units, i, p)
     x = l_m * units.table[i, PER_L_M0]
-    f_l, f_l_x = evaluate(units.curves, int(units.table[i, F_L]), x)
-    f_PE, f_PE_x = evaluate(units.curves, int(units.table[i, F_PE]), x)
+    f_l, f_l_x, _ = evaluate(units.curves, int(units.table[i, F_L]), x)
+    f_PE, f_PE_x, _ = evaluate(units.curves, int(units.table[i, F_PE]), x)
     v, v_a, v_fl, v_load = fiber_velocity(units, i, a, f_l, f * per_cos - f_PE)
     cos_p *= per_cos
     v_p = (v_fl * f_l_x - v_load * f_PE_x) * units.table[i, PER_L_M0] / per_cos
@@ -153,18 +159,23 @@ def stopped_rate(units, i, a, l_t, l, l_rate):
     return False, rate, r_a, r_t, r_l
 
 
-@kernel
+@kernel(inline=True)
 def tendon_force(units, i, a, l_t, l, l_rate):
     """F [N] and its derivatives with respect to a, l_t, l and l'."""
-    F0 = units.table[i, F_0]
-    if not units.table[i, RIGID]:
-        f, f_t = tendon(units, i, l_t)
-        return F0 * f, 0.0, F0 * f_t, 0.0, 0.0
-    p = l - l_t
+    if units.table[i, RIGID]:
+        return rigid_force(units, i, a, l - l_t, l_rate)
+    f, f_t = tendon(units, i, l_t)
+    return units.table[i, F_0] * f, 0.0, units.table[i, F_0] * f_t, 0.0, 0.0
+
+
+@kernel
+def rigid_force(units, i, a, p, l_rate):
+    """`tendon_force` of a rigid tendon: what the fibre bears at the projection `p`."""
     if p <= units.table[i, P_MIN]:
         return 0.0, 0.0, 0.0, 0.0, 0.0
+    F0, V = units.table[i, F_0], units.table[i, V_M]
     l_m, per_cos, cos_p = fiber(units, i, p)
-    cos, V = 1.0 / per_cos, units.table[i, V_M]
+    cos = 1.0 / per_cos
     f, f_a, f_x, f_v = fiber_force(units, i, a, l_m * units.table[i, PER_L_M0], l_rate * cos / V)
     if f < 0.0:  # a fibre does not push: damping acts only against what the fibre bears
         return 0.0, 0.0, 0.0, 0.0, 0.0
@@ -183,9 +194,9 @@ def fiber_force(units, i, a, x, v):
     """Fibre force over F0 at normalised length and velocity; derivatives to a, x and v."""
     r, beta = units.table[i, V_REST], units.table[i, BETA]
     s = r + (1.0 - r) * a
-    f_l, f_l_x = evaluate(units.curves, int(units.table[i, F_L]), x)
-    f_PE, f_PE_x = evaluate(units.curves, int(units.table[i, F_PE]), x)
-    f_v, slope = evaluate(units.curves, int(units.table[i, F_V]), v / s)
+    f_l, f_l_x, _ = evaluate(units.curves, int(units.table[i, F_L]), x)
+    f_PE, f_PE_x, _ = evaluate(units.curves, int(units.table[i, F_PE]), x)
+    f_v, slope, _ = evaluate(units.curves, int(units.table[i, F_V]), v / s)
     return (
         a * f_l * f_v + f_PE + beta * v,
         f_l * (f_v - a * slope * v / (s * s) * (1.0 - r)),

@@ -8,23 +8,25 @@ MAX_STEPS = 10000  # of one window
 # Shortest step over the window. Weak fibres under high force have time constants of 1e-9 s, and a
 # kink takes a small part of that.
 SHORTEST = 1e-15
+# An error of l_t counts with no less than this part of F0 per stretch at F0: a slack tendon bears
+# nothing now, but soon may.
+LEAST_STIFFNESS = 0.3
 
 
 @kernel(inline=True)
 def cubic(l_0, v_0, l_1, v_1, h):
-    """Coefficients in t/h of the cubic through both ends' lengths and speeds."""
-    return l_0, h * v_0, 3.0 * (l_1 - l_0) - h * (2.0 * v_0 + v_1), h * (v_0 + v_1) - 2.0 * (
-        l_1 - l_0
-    )
+    """Coefficients in t of the cubic through both ends' lengths and speeds."""
+    mean = (l_1 - l_0) / h
+    return l_0, v_0, (3.0 * mean - 2.0 * v_0 - v_1) / h, (v_0 + v_1 - 2.0 * mean) / (h * h)
 
 
 @kernel(inline=True)
-def length_at(c, s, h):
-    """l, l' and l'' at the part `s` of the window."""
+def length_at(c, t):
+    """l, l' and l'' at the time `t` in the window."""
     return (
-        c[0] + s * (c[1] + s * (c[2] + s * c[3])),
-        (c[1] + s * (2.0 * c[2] + 3.0 * s * c[3])) / h,
-        (2.0 * c[2] + 6.0 * s * c[3]) / (h * h),
+        c[0] + t * (c[1] + t * (c[2] + t * c[3])),
+        c[1] + t * (2.0 * c[2] + 3.0 * t * c[3]),
+        2.0 * c[2] + 6.0 * t * c[3],
     )
 
 

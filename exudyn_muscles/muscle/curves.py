@@ -1,8 +1,8 @@
 """Characteristic curves as piecewise polynomials, the one form in which the compiled kernels see
 them: built-in curves, a user's own function and measured points then run at the same speed.
 
-A piece is a polynomial of fifth degree that agrees with its function to 13 digits or better. Beyond its two
-ends a curve goes on along straight lines.
+A piece is a polynomial of fifth degree that agrees with its function to 13 digits or better. Beyond
+its two ends a curve goes on along straight lines.
 """
 
 from __future__ import annotations
@@ -49,7 +49,8 @@ class Curve:
     Attributes
     ----------
     pieces : (k, 8) ndarray, read-only
-        Origin, coefficients c0 ... c5 and end of every piece, the straight lines included.
+        Origin, coefficients c0 ... c5 and end of every piece, the straight lines included; the last
+        end is NaN.
 
     Raises
     ------
@@ -78,7 +79,7 @@ class Curve:
         self.pieces[:, ORIGIN] = [first, *starts, last]
         self.pieces[1:-1, COEFFICIENTS] = coefficients
         self.pieces[0, 1:3], self.pieces[-1, 1:3] = before, behind
-        self.pieces[:, END] = [first, *ends, np.inf]
+        self.pieces[:, END] = [first, *ends, np.nan]  # never reached, not even by infinity
         self.pieces.setflags(write=False)
 
     @property
@@ -97,7 +98,7 @@ class Curve:
     def _evaluate(self, x: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         places = np.asarray(x, dtype=float)
         packed = pack([self])
-        both = np.array([evaluate(packed, 0, place) for place in places.ravel()]).reshape(-1, 2)
+        both = np.array([evaluate(packed, 0, place) for place in places.ravel()]).reshape(-1, 3)
         return both[:, 0].reshape(places.shape), both[:, 1].reshape(places.shape)
 
 
@@ -144,9 +145,7 @@ def pack(curves: Sequence[Curve]) -> PackedCurves:
     return packed
 
 
-def _pieces(
-    function: Callable, edges: np.ndarray, name: str
-) -> tuple[np.ndarray, np.ndarray]:
+def _pieces(function: Callable, edges: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Starts and coefficients of the pieces: intervals are halved until they fit."""
     starts, widths = edges[:-1], np.diff(edges)
     parent_error = np.full(starts.shape, np.inf)
@@ -192,7 +191,7 @@ def _values(function: Callable, x: np.ndarray, name: str) -> np.ndarray:
 
 @kernel(inline=True)
 def evaluate(curves, curve, x):
-    """Value and slope at `x` of a curve by its number."""
+    """Value, slope and curvature at `x` of a curve by its number."""
     grids, bins, pieces = curves
     place = x * grids[curve, 0] + grids[curve, 1]
     count = grids[curve, 2]
@@ -211,4 +210,5 @@ def evaluate(curves, curve, x):
     tt = t * t
     value = (pieces[k, 1] + t * c_1) + tt * ((c_2 + t * c_3) + tt * (c_4 + t * c_5))
     slope = (c_1 + t * (2.0 * c_2)) + tt * ((3.0 * c_3 + t * (4.0 * c_4)) + tt * (5.0 * c_5))
-    return value, slope
+    curvature = 2.0 * c_2 + t * (6.0 * c_3 + t * (12.0 * c_4 + t * (20.0 * c_5)))
+    return value, slope, curvature

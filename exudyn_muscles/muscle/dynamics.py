@@ -90,7 +90,12 @@ def dynamics(units, a, l_t, l, l_rate, u, rows):
         rows[8, i] = F0 * (f_PE + units.table[i, BETA] * v)
         rows[9, i] = l_t_rate
         rows[10, i] = activation_rate(
-            units.table[i, ACTIVATION], a[i], u[i], units.table[i, TAU_A], units.table[i, TAU_D], units.table[i, SWITCH]
+            units.table[i, ACTIVATION],
+            a[i],
+            u[i],
+            units.table[i, TAU_A],
+            units.table[i, TAU_D],
+            units.table[i, SWITCH],
         )[0]
         rows[11, i] = np.inf if units.table[i, RIGID] else F0 * tendon(units, i, l_t[i])[1]
 

@@ -57,8 +57,8 @@ RANGES = {
     "max_contraction_velocity": (0.1, 100.0, "optimal fiber lengths/s"),
     "activation_time_constant": (1e-4, 10.0, "s"),
     "deactivation_time_constant": (1e-4, 10.0, "s"),
-    "minimum_activation": (1e-3, 0.5, "1"),
-    "activation_dynamics_smoothing": (1e-3, 1e3, "1"),
+    "minimum_activation": (1e-3, 0.5, ""),
+    "activation_dynamics_smoothing": (1e-3, 1e3, ""),
     "maximum_pennation_angle": (0.0, MAXIMUM_PENNATION, "rad"),
 }
 
@@ -158,7 +158,7 @@ class Muscle:
             name = f"muscle '{self.name}': tendon_strain_at_one_norm_force"
             if own is None:
                 raise ParameterError(f"{name} = {strain!r}: the tendon of {self.law} has no scale")
-            number = number_within(name, strain, 1e-3, 1.0, "1")
+            number = number_within(name, strain, 1e-3, 1.0)
             object.__setattr__(self, "tendon_strain_at_one_norm_force", number)
 
     @property

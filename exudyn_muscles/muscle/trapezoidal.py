@@ -17,7 +17,15 @@ import numpy as np
 from ..kernel import kernel
 from .activation import activation_rate, trapezoidal
 from .contraction import at_stop, stopped_rate, tendon_force, tendon_rate
-from .course import MAX_STEPS, SHORTEST, cubic, length_at, next_step, sensitivity
+from .course import (
+    LEAST_STIFFNESS,
+    MAX_STEPS,
+    SHORTEST,
+    cubic,
+    length_at,
+    next_step,
+    sensitivity,
+)
 from .parameters import ACTIVATION, F_0, L_TS, PER_STRETCH, RIGID, SWITCH, TAU_A, TAU_D
 from .rosenbrock import activation_step
 
@@ -28,11 +36,10 @@ LARGEST = 0.5  # Newton correction over that stretch
 # Part of the tolerance that one time constant's steps may use up together; set so that the force at
 # the end of the window meets the tolerance over the whole box of states that
 # tests/muscle/test_window.py draws from.
-SHARE = 0.25
-# Longest step [s], a thirtieth of the activation time constant: a longer one may straddle a change
-# that the error estimate, made from the slopes at its ends, does not see (one window in 500 of that
-# box exceeded the tolerance).
-LONGEST = 5e-4
+SHARE = 0.35
+# Longest step [s], a twentieth of the activation time constant: a longer one may straddle a change
+# that the error estimate, made from the slopes at its ends, does not see.
+LONGEST = 8e-4
 
 
 @kernel
@@ -73,6 +80,7 @@ def integrate_trapezoidal(
     law, b = units.table[i, ACTIVATION], units.table[i, SWITCH]
     tau_a, tau_d = units.table[i, TAU_A], units.table[i, TAU_D]
     F0 = units.table[i, F_0]
+    least = LEAST_STIFFNESS * F0 * units.table[i, PER_STRETCH]
     c = cubic(l_0, v_0, l_1, v_1, h)
     chosen = steps == 0
     t, n, h_n, h_p, rate_p = 0.0, 0, 0.0, 0.0, 0.0
@@ -81,10 +89,10 @@ def integrate_trapezoidal(
     rate_a, f_a, f_u = activation_rate(law, a, u, tau_a, tau_d, b)
     F, F_a, F_t, _, _ = tendon_force(units, i, a, l_t, l_0, v_0)
     # l_t'' at the start serves the first error estimate and the first step.
-    second = r_a * rate_a + r_t * r + r_l * v_0 + length_at(c, 0.0, h)[2]
+    second = r_a * rate_a + r_t * r + r_l * v_0 + length_at(c, 0.0)[2]
     if chosen:
         allowed = SHARE * tolerance * F0
-        third = abs(F_t * second) * (abs(r_t) + 1.0 / h)
+        third = max(F_t, least) * abs(second) * (abs(r_t) + 1.0 / h)
         h_n = min(h, np.cbrt(12.0 * allowed / (third + 1e-300)))
     for _ in range(4 * MAX_STEPS):
         if chosen:
@@ -96,7 +104,7 @@ def integrate_trapezoidal(
         h_n = end - t  # from the mesh: using it again gives the same bits
         stages = activation_step(units, i, a, u, h_n)
         a_1, error_a = stages[4] + stages[10], abs(stages[10])
-        l, v, _ = length_at(c, end / h, h)
+        l, v, _ = length_at(c, end)
         guess = l_t + h_n * (r + 0.5 * h_n * second)
         converged, l_t1, stopped, q, q_a, q_t, q_l = implicit_step(
             units, i, l_t, r, a_1, l, v, h_n, guess
@@ -110,7 +118,7 @@ def integrate_trapezoidal(
             else:
                 third = 2.0 * ((q - r) / h_n - (r - rate_p) / h_p) / (h_n + h_p)
             error = abs(third) * h_n * h_n * h_n / 12.0 / (1.0 + 0.5 * h_n * abs(q_t))
-            error = max(F0 * error_a, max(F_t, F_t1) * error)
+            error = max(F0 * error_a, max(F_t, F_t1, least) * error)
             if stopped:  # its length is known
                 error = F0 * error_a
             # Errors older than the time constant 1/|df/dx| have decayed by the window's end, so
@@ -152,7 +160,13 @@ def step(units, i, a_0, l_t, u, l_0, v_0, l_1, v_1, h):
     Returns (converged, a, l_t, F, dF/dl_1, dF/dl_1').
     """
     a_1 = trapezoidal(
-        units.table[i, ACTIVATION], a_0, u, units.table[i, TAU_A], units.table[i, TAU_D], units.table[i, SWITCH], h
+        units.table[i, ACTIVATION],
+        a_0,
+        u,
+        units.table[i, TAU_A],
+        units.table[i, TAU_D],
+        units.table[i, SWITCH],
+        h,
     )
     _, r, _, r_t, _ = stopped_rate(units, i, a_0, l_t, l_0, v_0)
     guess = l_t + h * r / (1.0 - min(h * r_t, 0.0))

@@ -164,7 +164,7 @@ def integrate_window(
         mesh, steps, end,
     )  # fmt: skip
     check_window(failed, muscles, a, l_t, l_0, v_0, window)
-    return WindowEnd(*end[:, 0], steps[0])
+    return WindowEnd(end[0, 0], end[1, 0], end[2, 0], end[3, 0], steps[0])
 
 
 def check_integration(tolerance: float, integrator: Integrator) -> None:

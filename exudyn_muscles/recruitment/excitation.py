@@ -2,8 +2,8 @@
 
 F_end(u) increases as long as the fibre pulls; driven to shorten faster than it can, it resists the
 more the more it is activated, and the bounds may cross, by some per cent of F0: the lower one is
-then delivered. The guess is the cubic through both bounds and their slopes; one Newton step with the
-sensitivity dF/du and secant steps, kept inside a shrinking bracket, do the rest.
+then delivered. The guess is the cubic through both bounds and their slopes; one Newton step with
+the sensitivity dF/du and secant steps, kept inside a shrinking bracket, do the rest.
 """
 
 from __future__ import annotations

@@ -10,28 +10,35 @@ from models import pendulum
 
 
 def ode1_reference(model, excitations, steps, end):
-    """The same system with a and F / F0 as ODE1 coordinates of Exudyn itself.
+    """The same system with a and l_t as ODE1 coordinates of Exudyn itself.
 
-    Exudyn's trapezoidal rule integrates everything; the torque is set from the iterate's F.
+    Exudyn's trapezoidal rule integrates everything; the torque is set from the iterate's l_t, which
+    counts in units of a tendon's stretch.
     """
     mbs, muscles = model.mbs, model.muscles
-    q_0, v_0, a_0, F_0 = excitations.initial
-    m, strength = len(muscles), muscles.max_isometric_force
+    q_0, v_0, a_0, l_t0 = excitations.initial
+    m = len(muscles)
+    slack = np.array([muscle.tendon_slack_length for muscle in muscles])
+    stretch = 0.049 * slack
+    y_0 = np.concatenate([a_0, (l_t0 - slack) / stretch])
     node = mbs.AddNode(
         NodeGenericODE1(
             referenceCoordinates=[0.0] * 2 * m,
-            initialCoordinates=list(np.concatenate([a_0, F_0 / strength])),
+            initialCoordinates=list(y_0),
             numberOfODE1Coordinates=2 * m,
         )
     )
     u = excitations.values[0]
 
-    def rates(y, q, v):
-        a, F = np.array(y[:m]), np.array(y[m:]) * strength
-        tau = np.where(u > a, 0.015, 0.050)
+    def muscle_states(y, q, v):
         geometry = model.geometry(q, v)
-        F_t = em.contraction_rate(muscles, a, F, geometry.length, geometry.lengthening_speed)[:, 0]
-        return np.concatenate([(u - a) / tau, F_t / strength])
+        path = geometry.length, geometry.lengthening_speed
+        state = np.array(y[:m]), slack + stretch * np.array(y[m:])
+        return em.muscle_dynamics(muscles, *state, *path, u), geometry.moment_arms
+
+    def rates(y, q, v):
+        now, _ = muscle_states(y, q, v)
+        return np.concatenate([now.activation_rate, now.tendon_length_rate / stretch])
 
     def state():
         data = mbs.systemData
@@ -45,15 +52,14 @@ def ode1_reference(model, excitations, steps, end):
     mbs.Assemble()
     model.skeleton.attach_views()
     model.skeleton.set_initial_state(q_0, v_0)
-    y_0 = np.concatenate([a_0, F_0 / strength])
     # Exudyn starts ODE1 rates at zero, which would cost an order.
     mbs.systemData.SetODE1Coordinates_t(
         rates(y_0, q_0, v_0), configuration=exu.ConfigurationType.Initial
     )
 
     def torque(y, q, v):
-        F = np.array(y[m:]) * strength
-        return model.geometry(q, v).moment_arms.T @ F
+        now, r = muscle_states(y, q, v)
+        return r.T @ now.tendon_force
 
     def pre_newton(mbs, t, iteration, discontinuous):
         tau = torque(mbs.systemData.GetODE1Coordinates(), *state())
@@ -72,13 +78,14 @@ def ode1_reference(model, excitations, steps, end):
     settings.solution.file.write = False
     mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2)
     y = mbs.systemData.GetODE1Coordinates()
-    return (*state(), y[:m], y[m:] * strength)
+    q, v = state()
+    return q, v, y[:m], slack + stretch * y[m:], muscle_states(y, q, v)[0].tendon_force
 
 
 def initial_state(model):
     """Off equilibrium, moving, with unequal muscles."""
     q, v, a = np.array([2.8]), np.array([0.5]), np.array([0.2, 0.05])
-    return q, v, a, em.equilibrium(model.muscles, a, model.geometry(q, v).length)
+    return q, v, a, em.equilibrium(model.muscles, a, model.geometry(q, v).length).tendon_length
 
 
 def test_unified_steps_equal_muscle_states_as_exudyn_ode1_coordinates():
@@ -86,11 +93,12 @@ def test_unified_steps_equal_muscle_states_as_exudyn_ode1_coordinates():
     steps, end = 200, 0.2
     excitations = em.Excitations([0.0, end], [[0.5, 0.1]], initial=initial_state(model))
     result = em.forward_dynamics(model, excitations)
-    q, v, a, F = ode1_reference(reference, excitations, steps, end)
+    q, v, a, l_t, F = ode1_reference(reference, excitations, steps, end)
 
     assert abs(result.coordinates[-1, 0] - q[0]) < 1e-8
     assert abs(result.speeds[-1, 0] - v[0]) < 1e-7
     assert np.abs(result.activations[-1] - a).max() < 1e-9
+    assert np.abs(result.tendon_lengths[-1] - l_t).max() < 1e-10
     assert np.abs(result.tendon_forces[-1] - F).max() < 1e-8 * 3000.0
     assert abs(q[0] - 2.8) > 0.05, "the comparison needs a motion"
 
@@ -150,11 +158,11 @@ def test_bad_excitations_are_named(time, values, message):
         (1, [np.nan], "initial q' must be"),
         (2, [0.5, 5.0], r"'right': initial activation 5 is outside \[0\.01, 1\]"),
         (2, [0.0, 0.5], "'left': initial activation 0 is outside"),
-        (3, [100.0], "initial F must be 2 finite values"),
+        (3, [0.16], "initial l_t must be 2 finite values"),
     ],
 )
 def test_a_bad_start_is_named(index, value, message):
-    start = [np.array([np.pi]), np.zeros(1), np.full(2, 0.3), np.full(2, 900.0)]
+    start = [np.array([np.pi]), np.zeros(1), np.full(2, 0.3), np.full(2, 0.165)]
     start[index] = np.array(value)
     excitations = em.Excitations([0.0, 0.1], [[0.3, 0.3]], initial=tuple(start))
     with pytest.raises(em.ParameterError, match=message):

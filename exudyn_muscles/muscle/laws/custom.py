@@ -101,7 +101,7 @@ class CustomLaw(MuscleLaw):
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
             raise ParameterError(f"a law's name is a non-empty string, got {self.name!r}")
-        number_within(self._label("fiber_damping"), self.fiber_damping, 0.0, 10.0, "1")
+        number_within(self._label("fiber_damping"), self.fiber_damping, 0.0, 10.0)
         number_within(
             self._label("shortest_fiber"), self.shortest_fiber, 0.0, 0.8, "optimal fiber lengths"
         )

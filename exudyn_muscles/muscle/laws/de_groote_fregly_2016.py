@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -46,7 +45,7 @@ OPENSIM_C_2, OPENSIM_C_3 = 1.0, 0.2
 FASTEST = 2.0
 # Farther ends of the curves: normalised fibre length, and tendon strain over e0.
 LONGEST = 3.0
-TENDON = (-5.0, 3.0)
+TENDON = (-20.0, 3.0)
 
 
 def active_force_length(x, gaussians, width_scale=1.0):
@@ -94,8 +93,9 @@ class DeGrooteFregly2016(MuscleLaw):
     passive_fiber_strain_at_one_norm_force: float = STRAIN
     fiber_damping: float = 0.0
 
-    tendon_strain_at_one_norm_force: ClassVar[float] = 0.049
-    shortest_fiber: ClassVar[float] = ZERO_LENGTH
+    # Not fields: every unit of this law has them.
+    tendon_strain_at_one_norm_force = 0.049
+    shortest_fiber = ZERO_LENGTH
 
     def __post_init__(self) -> None:
         for name, low, high in (
@@ -103,7 +103,7 @@ class DeGrooteFregly2016(MuscleLaw):
             ("passive_fiber_strain_at_one_norm_force", 0.01, 10.0),
             ("fiber_damping", 0.0, 10.0),
         ):
-            number_within(f"{type(self).__name__}: {name}", getattr(self, name), low, high, "1")
+            number_within(f"{type(self).__name__}: {name}", getattr(self, name), low, high)
 
     def make_curves(self, elastic: bool) -> HillCurves:
         strain = self.passive_fiber_strain_at_one_norm_force
@@ -111,17 +111,13 @@ class DeGrooteFregly2016(MuscleLaw):
         growth = math.log((1.0 + OPENSIM_C_3) / C_1)  # k_T times the strain at one F0
         return HillCurves(
             Curve(
-                lambda x: active_force_length(
-                    x, OPENSIM_GAUSSIANS, self.active_force_width_scale
-                ),
+                lambda x: active_force_length(x, OPENSIM_GAUSSIANS, self.active_force_width_scale),
                 (0.0, LONGEST),
                 (0.0, 0.0),
             ),
             *force_velocity_curves(OPENSIM_FORCE_VELOCITY),
             Curve(
-                lambda x: (
-                    (np.exp(K_PE * (x - 1.0) / strain) - offset) / (math.exp(K_PE) - offset)
-                ),
+                lambda x: (np.exp(K_PE * (x - 1.0) / strain) - offset) / (math.exp(K_PE) - offset),
                 (0.0, LONGEST),
             ),
             Curve(lambda s: C_1 * np.exp(growth * s) - OPENSIM_C_3, TENDON),
@@ -140,11 +136,11 @@ class DeGrooteFregly2016Published(MuscleLaw):
 
     tendon_stiffness: float = K_T
 
-    shortest_fiber: ClassVar[float] = ZERO_LENGTH
+    shortest_fiber = ZERO_LENGTH
 
     def __post_init__(self) -> None:
         number_within(
-            f"{type(self).__name__}: tendon_stiffness", self.tendon_stiffness, 1.0, 1000.0, "1"
+            f"{type(self).__name__}: tendon_stiffness", self.tendon_stiffness, 1.0, 1000.0
         )
 
     def make_curves(self, elastic: bool) -> HillCurves:
@@ -157,7 +153,5 @@ class DeGrooteFregly2016Published(MuscleLaw):
                 lambda x: (np.exp(K_PE * (x - 1.0) / STRAIN) - offset) / (math.exp(K_PE) - 1.0),
                 (0.0, LONGEST),
             ),
-            Curve(
-                lambda e: C_1 * np.exp(self.tendon_stiffness * (e + (1.0 - C_2))) - C_3, ends
-            ),
+            Curve(lambda e: C_1 * np.exp(self.tendon_stiffness * (e + (1.0 - C_2))) - C_3, ends),
         )

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,14 +22,15 @@ from .law import HillCurves, MuscleLaw
 
 # Constants of OpenSim's curve classes that no property of a model changes in practice.
 ACTIVE_CURVINESS = 1.0
-VELOCITY_CURVINESS = (0.6, 0.9)  # shortening, lengthening
+VELOCITY_CURVINESS = (0.6, 0.6, 0.9, 0.9)  # shortening, lengthening
 NEAR_VMAX = 0.9  # where the slope "near vmax" holds
 PASSIVE_CURVINESS, PASSIVE_LOW_STIFFNESS, PASSIVE_STIFFNESS = 0.75, 0.2, 2.0
 TENDON_CURVINESS, TENDON_TOE, TENDON_STIFFNESS = 0.5, 2.0 / 3.0, 1.375
-# An undamped fibre with an elastic tendon divides by f_l and inverts f_v: OpenSim then keeps f_l and
-# the slopes of f_v at the maximum velocities from falling below these.
+# An undamped fibre with an elastic tendon divides by f_l and inverts f_v: OpenSim then keeps f_l
+# from falling below this, and the slopes of f_v at v_max from falling below this part of those near.
+UNDAMPED = 1e-3  # smaller damping is none
 ACTIVE_FLOOR = 0.1
-SLOPE_FLOOR = 0.1
+SLOPE_SHARE = 0.5
 BISECTIONS, NEWTON = 10, 5  # for a segment's parameter
 
 
@@ -90,7 +91,7 @@ def bezier(joints: Sequence[Point], curviness: Sequence[float], inverse: bool = 
         return y
 
     slopes = [1.0 / joint.slope if inverse else joint.slope for joint in (joints[0], joints[-1])]
-    return Curve(function, edges, (slopes[0], slopes[1]))
+    return Curve(function, edges.tolist(), (slopes[0], slopes[1]))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,7 +105,7 @@ class Millard2012(MuscleLaw):
     min_norm_active_fiber_length, transition_norm_fiber_length, max_norm_active_fiber_length : float
         Start, shoulder and end of f_l.
     shallow_ascending_slope, minimum_value : float
-        Slope below the plateau; floor of f_l, which only undamped units with an elastic tendon have.
+        Slope below the plateau; floor of f_l in undamped units with an elastic tendon.
     concentric_slope_at_vmax, concentric_slope_near_vmax, isometric_slope : float
         Slopes of f_v.
     eccentric_slope_at_vmax, eccentric_slope_near_vmax : float
@@ -130,27 +131,33 @@ class Millard2012(MuscleLaw):
     fiber_strain_at_zero_force: float = 0.0
     fiber_strain_at_one_norm_force: float = 0.7
 
-    tendon_strain_at_one_norm_force: ClassVar[float] = 0.049
+    tendon_strain_at_one_norm_force = 0.049  # not a field
 
     def __post_init__(self) -> None:
+        self._check("fiber_damping", 0.0, 10.0)
+        if self.fiber_damping < UNDAMPED:
+            object.__setattr__(self, "fiber_damping", 0.0)
+        self._check("min_norm_active_fiber_length", 0.01, 0.9)
         low = self.min_norm_active_fiber_length
         for name, least, most in (
-            ("fiber_damping", 0.0, 10.0),
-            ("min_norm_active_fiber_length", 0.01, 0.9),
             ("transition_norm_fiber_length", low + 0.01, 0.94),
             ("max_norm_active_fiber_length", 1.2, 5.0),
             ("shallow_ascending_slope", 0.01, 1.0 / (1.0 - low)),
             ("minimum_value", 0.0, 0.4),
             ("concentric_slope_at_vmax", 0.0, 0.99),
-            ("concentric_slope_near_vmax", self.concentric_slope_at_vmax, 0.99),
+            ("concentric_slope_near_vmax", 0.01, 0.99),
             ("isometric_slope", 1.1, 100.0),
             ("max_eccentric_velocity_force_multiplier", 1.05, 5.0),
             ("eccentric_slope_at_vmax", 0.0, 1.0),
-            ("eccentric_slope_near_vmax", self.eccentric_slope_at_vmax, 1.0),
+            ("eccentric_slope_near_vmax", 0.01, 1.0),
             ("fiber_strain_at_zero_force", -0.5, 2.0),
-            ("fiber_strain_at_one_norm_force", self.fiber_strain_at_zero_force + 0.01, 10.0),
         ):
-            number_within(f"{type(self).__name__}: {name}", getattr(self, name), least, most, "1")
+            self._check(name, least, most)
+        least = self.fiber_strain_at_zero_force + 0.01
+        self._check("fiber_strain_at_one_norm_force", least, 10.0)
+
+    def _check(self, name: str, least: float, most: float) -> None:
+        number_within(f"{type(self).__name__}: {name}", getattr(self, name), least, most)
 
     @property
     def shortest_fiber(self) -> float:  # type: ignore[override]
@@ -158,11 +165,11 @@ class Millard2012(MuscleLaw):
         return self.min_norm_active_fiber_length
 
     def make_curves(self, elastic: bool) -> HillCurves:
-        floored = elastic and self.fiber_damping < 1e-3
+        floored = elastic and self.fiber_damping == 0.0
         return HillCurves(
             self._active(max(self.minimum_value, ACTIVE_FLOOR) if floored else 0.0),
-            bezier(self._velocity_joints(floored), np.repeat(VELOCITY_CURVINESS, 2)),
-            bezier(self._velocity_joints(True), np.repeat(VELOCITY_CURVINESS, 2), inverse=True),
+            bezier(self._velocity_joints(floored), VELOCITY_CURVINESS),
+            bezier(self._velocity_joints(True), VELOCITY_CURVINESS, inverse=True),
             self._passive(),
             tendon(),
         )
@@ -187,13 +194,14 @@ class Millard2012(MuscleLaw):
 
     def _velocity_joints(self, floored: bool) -> list[Point]:
         """Joints of f_v, with slopes at the maximum velocities that can be inverted or without."""
-        slopes = (self.concentric_slope_at_vmax, self.eccentric_slope_at_vmax)
-        if floored and min(slopes) < SLOPE_FLOOR:
-            slopes = (SLOPE_FLOOR, SLOPE_FLOOR)
-        elif not floored:
-            slopes = (0.0, 0.0)
-        far, most = 1.0 - NEAR_VMAX, self.max_eccentric_velocity_force_multiplier
         near_c, near_e = self.concentric_slope_near_vmax, self.eccentric_slope_near_vmax
+        slopes = (0.0, 0.0)
+        if floored:
+            slopes = (
+                max(self.concentric_slope_at_vmax, SLOPE_SHARE * near_c),
+                max(self.eccentric_slope_at_vmax, SLOPE_SHARE * near_e),
+            )
+        far, most = 1.0 - NEAR_VMAX, self.max_eccentric_velocity_force_multiplier
         return [
             Point(-1.0, 0.0, slopes[0]),
             Point(-NEAR_VMAX, 0.5 * far * (near_c + slopes[0]), near_c),

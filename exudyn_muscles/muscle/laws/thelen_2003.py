@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -49,8 +48,9 @@ class Thelen2003(MuscleLaw):
     flen: float = 1.4
     fv_linear_extrap_threshold: float = 0.95
 
-    tendon_strain_at_one_norm_force: ClassVar[float] = 0.04
-    speed_without_activation: ClassVar[float] = 0.25
+    # Not fields: every unit of this law has them.
+    tendon_strain_at_one_norm_force = 0.04
+    speed_without_activation = 0.25
 
     def __post_init__(self) -> None:
         for name, low, high in (
@@ -59,10 +59,11 @@ class Thelen2003(MuscleLaw):
             ("kshape_passive", 0.1, 20.0),
             ("af", 0.01, 10.0),
             ("flen", 1.01, 10.0),
-            # From 1/flen on the tangent begins in the lengthening part.
-            ("fv_linear_extrap_threshold", 1.0 / self.flen, 0.999),
         ):
-            number_within(f"{type(self).__name__}: {name}", getattr(self, name), low, high, "1")
+            number_within(f"{type(self).__name__}: {name}", getattr(self, name), low, high)
+        # From 1/flen on the tangent begins in the lengthening part.
+        name, value = "fv_linear_extrap_threshold", self.fv_linear_extrap_threshold
+        number_within(f"{type(self).__name__}: {name}", value, 1.0 / self.flen, 0.999)
 
     def make_curves(self, elastic: bool) -> HillCurves:
         A, F, top = self.af, self.flen, self.fv_linear_extrap_threshold * self.flen
