@@ -229,15 +229,15 @@ def test_sensors_and_own_user_functions_see_the_run(model, motion):
     mbs = model.mbs
     plugin = csf(model, motion)
 
-    def tendon_lengths(mbs, t, numbers, factors, configuration):
-        return list(getattr(plugin, "l_t", [0.0, 0.0]))  # also asked for before the run
+    def forces(mbs, t, numbers, factors, configuration):
+        return list(plugin.tendon_forces)  # also asked for before the run
 
     sensor = mbs.AddSensor(
         SensorUserFunction(
             sensorNumbers=[],
             factors=[],
             storeInternal=True,
-            sensorUserFunction=tendon_lengths,
+            sensorUserFunction=forces,
         )
     )
     calls = []
@@ -249,7 +249,7 @@ def test_sensors_and_own_user_functions_see_the_run(model, motion):
     result = plugin_run(model, plugin, s)
     stored = mbs.GetSensorStoredData(sensor)
     assert len(calls) == 100
-    np.testing.assert_array_equal(stored[1:, 1:], result.tendon_lengths[1:])
+    np.testing.assert_array_equal(stored[1:, 1:], result.tendon_forces[1:])
 
 
 # Traps of the host

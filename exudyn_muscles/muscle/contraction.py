@@ -41,7 +41,7 @@ from .parameters import (
     WIDTH,
 )
 
-HALLEY = 60  # iterations for the velocity of a damped fibre; two are usual
+ITERATIONS = 60  # iterations for the velocity of a damped fibre; two are usual
 CONVERGED = 1e-5  # last correction of it: the next one would be its cube
 
 
@@ -88,15 +88,15 @@ def fiber_velocity(units, i, a, f_l, load):
 
 @kernel
 def damped_velocity(units, i, s, capacity, load):
-    """The v at which capacity f_v(v / s) + beta v is the load, f_v and its slope there: Halley's
-    method in a bracket."""
+    """The v at which capacity f_v(v / s) + beta v is the load, f_v and its slope there:
+    Chebyshev's third-order method in a bracket."""
     beta = units.table[i, BETA] * s
     at = int(units.table[i, F_V])
     # The undamped velocity, damped by the slope that f_v has on average: good at both extremes.
     w = evaluate(units.curves, int(units.table[i, INVERSE_F_V]), load / (capacity + beta))[0]
     low, high = -math.inf, math.inf
     f_v, slope = 0.0, 0.0
-    for _ in range(HALLEY):
+    for _ in range(ITERATIONS):
         f_v, slope, curvature = evaluate(units.curves, at, w)
         error = capacity * f_v + beta * w - load
         if error > 0.0:
@@ -105,7 +105,7 @@ def damped_velocity(units, i, s, capacity, load):
             low = w
         per_slope = 1.0 / (capacity * slope + beta)
         step = -error * per_slope
-        step /= min(max(1.0 + 0.5 * step * capacity * curvature * per_slope, 0.5), 2.0)
+        step *= min(max(1.0 - 0.5 * step * capacity * curvature * per_slope, 0.5), 2.0)
         w += step
         if abs(step) <= CONVERGED * (1.0 + abs(w)):
             f_v += step * (slope + 0.5 * step * curvature)
@@ -117,13 +117,13 @@ def damped_velocity(units, i, s, capacity, load):
 
 @kernel(inline=True)
 def tendon_rate(units, i, a, l_t, l, l_rate):
-    """l_t' [m/s] and its derivatives with respect to a, l_t and l; that to l' is one.
+    """l_t' [m/s], its derivatives with respect to a, l_t and l (that to l' is one), df_SE/dl_t.
 
     The fibre runs on through its shortest length, with the properties that it has there: a step
     needs a smooth rate, and its end is put back to the stop.
     """
     if units.table[i, RIGID]:
-        return 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, 0.0
     f, f_t = tendon(units, i, l_t)
     p, moves = l - l_t, 1.0
     if l_t >= l - units.table[i, P_MIN]:
@@ -139,7 +139,7 @@ def tendon_rate(units, i, a, l_t, l, l_rate):
     V = units.table[i, V_M] * per_cos
     rate_p = -V * (v_p - v * cos_p) * moves
     rate_t = -V * v_load * f_t * per_cos - rate_p
-    return l_rate - V * v, -V * v_a, rate_t, rate_p
+    return l_rate - V * v, -V * v_a, rate_t, rate_p, f_t
 
 
 @kernel(inline=True)
@@ -153,10 +153,10 @@ def at_stop(units, i, l_t, l):
 @kernel(inline=True)
 def stopped_rate(units, i, a, l_t, l, l_rate):
     """Whether the fibre rests at its shortest length, and `tendon_rate` with that stop."""
-    rate, r_a, r_t, r_l = tendon_rate(units, i, a, l_t, l, l_rate)
+    rate, r_a, r_t, r_l, f_t = tendon_rate(units, i, a, l_t, l, l_rate)
     if rate > l_rate and l_t >= at_stop(units, i, math.inf, l):
-        return True, l_rate, 0.0, 0.0, 0.0
-    return False, rate, r_a, r_t, r_l
+        return True, l_rate, 0.0, 0.0, 0.0, f_t
+    return False, rate, r_a, r_t, r_l, f_t
 
 
 @kernel(inline=True)

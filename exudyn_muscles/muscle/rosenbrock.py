@@ -96,7 +96,7 @@ def rosenbrock_step(units, i, a, u, l_t, start, c, t, h_n):
 
     Returns a, l_t and the errors of both.
     """
-    _, rate, r_a, r_t, r_l = start
+    _, rate, r_a, r_t, r_l, _ = start
     a_2, a_3, a_4, a_5, a_6, u_1, u_2, u_3, u_4, u_5, u_6 = activation_step(units, i, a, u, h_n)
     _, speed, acceleration = length_at(c, t)
     w, d = 1.0 / (1.0 / (GAMMA * h_n) - r_t), 1.0 / h_n
@@ -169,20 +169,19 @@ def integrate_rosenbrock(
     law, b = units.table[i, ACTIVATION], units.table[i, SWITCH]
     tau_a, tau_d = units.table[i, TAU_A], units.table[i, TAU_D]
     F0 = units.table[i, F_0]
-    least = LEAST_STIFFNESS * F0 * units.table[i, PER_STRETCH]
+    least = LEAST_STIFFNESS * units.table[i, PER_STRETCH]
     c = cubic(l_0, v_0, l_1, v_1, h)
     chosen = steps == 0
     t, n, h_n, constant = 0.0, 0, 0.0, 0.0
     a_u, y_u = 0.0, 0.0
     start = stopped_rate(units, i, a, l_t, l_0, v_0)
     rate_a, f_a, f_u = activation_rate(law, a, u, tau_a, tau_d, b)
-    F, F_a, F_t, _, _ = tendon_force(units, i, a, l_t, l_0, v_0)
     if chosen:
         # A first step whose curvature is within the tolerance.
         _, _, l_tt = length_at(c, 0.0)
         curvature = start[2] * rate_a + start[3] * start[1] + start[4] * v_0 + l_tt
         h_n = START * min(
-            h, math.sqrt(SHARE * tolerance * F0 / (max(F_t, least) * abs(curvature) + 1e-300))
+            h, math.sqrt(SHARE * tolerance / (max(start[5], least) * abs(curvature) + 1e-300))
         )
     for _ in range(4 * MAX_STEPS):
         if chosen:
@@ -197,28 +196,22 @@ def integrate_rosenbrock(
         else:
             a_1, l_t1, error_a, error_t = rosenbrock_step(units, i, a, u, l_t, start, c, t, h_n)
         l, v, _ = length_at(c, end)
-        F_1, F_a1, F_t1, _, _ = tendon_force(units, i, a_1, l_t1, l, v)
         if chosen:
             # Errors older than a time constant 1/|df/dx| have decayed by the window's end, so that
             # one time constant's (or the window's) steps share the tolerance.
-            share = SHARE * tolerance * F0 * h_n
-            error = F0 * error_a / min(share * max(abs(f_a), 1.0 / h), share / h_n)
-            error = max(
-                error,
-                max(F_t, F_t1, least)
-                * error_t
-                / min(share * max(abs(start[3]), 1.0 / h), share / h_n),
-            )
+            share = SHARE * tolerance
+            error_a /= share * min(h_n * max(abs(f_a), 1.0 / h), 1.0)
+            error_t *= max(start[5], least) / (share * min(h_n * max(abs(start[3]), 1.0 / h), 1.0))
             hh = h_n * h_n
-            error = max(error, MEMORY * constant * hh * hh)
+            error = max(error_a, error_t, MEMORY * constant * hh * hh)
             factor = SAFETY / math.sqrt(math.sqrt(error + 1e-300))
             if not error <= 1.0:
                 h_n *= factor if 0.1 < factor < 1.0 else 0.1
                 if h_n < SHORTEST * h:
-                    return -1, a, l_t, F, 0.0
+                    return -1, a, l_t, 0.0, 0.0
                 continue
             if n == MAX_STEPS:
-                return -1, a, l_t, F, 0.0
+                return -1, a, l_t, 0.0, 0.0
             constant = error / (hh * hh)
             mesh[n] = end
         start_1 = stopped_rate(units, i, a_1, l_t1, l, v)
@@ -226,10 +219,11 @@ def integrate_rosenbrock(
         a_u1 = sensitivity(a_u, f_a, f_a1, f_u, f_u1, h_n)
         y_u = sensitivity(y_u, start[3], start_1[3], start[2] * a_u, start_1[2] * a_u1, h_n)
         a, l_t, start, a_u, f_a, f_u = a_1, l_t1, start_1, a_u1, f_a1, f_u1
-        F, F_a, F_t, t = F_1, F_a1, F_t1, end
+        t = end
         n += 1
         if (chosen and end == h) or n == steps:
+            F, F_a, F_t, _, _ = tendon_force(units, i, a, l_t, l, v)
             return n, a, l_t, F, F_t * y_u + F_a * a_u
         if chosen:
             h_n *= min(factor, GROWTH)
-    return -1, a, l_t, F, 0.0
+    return -1, a, l_t, 0.0, 0.0

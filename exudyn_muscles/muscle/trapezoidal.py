@@ -54,7 +54,7 @@ def implicit_step(units, i, l_t, rate, a_1, l_1, v_1, h, guess):
     x = min(guess, stop)
     r, r_a, r_t, r_l = 0.0, 0.0, 0.0, 0.0
     for _ in range(NEWTON):
-        r, r_a, r_t, r_l = tendon_rate(units, i, a_1, x, l_1, v_1)
+        r, r_a, r_t, r_l, _ = tendon_rate(units, i, a_1, x, l_1, v_1)
         rest = l_t + 0.5 * h * (rate + r) - x
         if x == stop and rest >= 0.0:
             return True, x, True, v_1, 0.0, 0.0, 0.0
@@ -85,7 +85,7 @@ def integrate_trapezoidal(
     chosen = steps == 0
     t, n, h_n, h_p, rate_p = 0.0, 0, 0.0, 0.0, 0.0
     a_u, y_u = 0.0, 0.0
-    _, r, r_a, r_t, r_l = stopped_rate(units, i, a, l_t, l_0, v_0)
+    _, r, r_a, r_t, r_l, _ = stopped_rate(units, i, a, l_t, l_0, v_0)
     rate_a, f_a, f_u = activation_rate(law, a, u, tau_a, tau_d, b)
     F, F_a, F_t, _, _ = tendon_force(units, i, a, l_t, l_0, v_0)
     # l_t'' at the start serves the first error estimate and the first step.
@@ -168,7 +168,7 @@ def step(units, i, a_0, l_t, u, l_0, v_0, l_1, v_1, h):
         units.table[i, SWITCH],
         h,
     )
-    _, r, _, r_t, _ = stopped_rate(units, i, a_0, l_t, l_0, v_0)
+    _, r, _, r_t, _, _ = stopped_rate(units, i, a_0, l_t, l_0, v_0)
     guess = l_t + h * r / (1.0 - min(h * r_t, 0.0))
     converged, l_t1, stopped, _, _, r_t, r_l = implicit_step(
         units, i, l_t, r, a_1, l_1, v_1, h, guess
@@ -192,7 +192,7 @@ def bisect_step(units, i, l_t, rate, a_1, l_1, v_1, h):
     r_t, r_l = 0.0, 0.0
     for _ in range(60):
         x = 0.5 * (low + high)
-        r, _, r_t, r_l = tendon_rate(units, i, a_1, x, l_1, v_1)
+        r, _, r_t, r_l, _ = tendon_rate(units, i, a_1, x, l_1, v_1)
         if l_t + 0.5 * h * (rate + r) > x:
             low = x
         else:

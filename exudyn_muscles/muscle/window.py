@@ -59,15 +59,16 @@ def integrate_all(
 ):  # fmt: skip
     """Integrate all m muscles for each of the k rows of `u`.
 
-    `mesh` (k, m, MAX_STEPS) and `steps` (k, m) as in `integrate`; `end` (4, k, m) receives a, l_t,
-    F and dF/du. Returns the first muscle that failed, or -1.
+    `mesh` (k, m, MAX_STEPS) and `steps` (k, m) as in `integrate`, or one mesh (k, 1, MAX_STEPS)
+    that nobody uses again; `end` (4, k, m) receives a, l_t, F and dF/du. Returns the first muscle
+    that failed, or -1.
     """
     for k in range(u.shape[0]):
         for i in range(u.shape[1]):
             for _ in range(2):
                 n, a_1, l_t1, F, F_u = integrate(
                     method, units, i, a[i], l_t[i], u[k, i], l_0[i], v_0[i], l_1[i], v_1[i], h,
-                    tolerance, mesh[k, i], steps[k, i],
+                    tolerance, mesh[k, min(i, mesh.shape[1] - 1)], steps[k, i],
                 )  # fmt: skip
                 if n > 0 or steps[k, i] == 0:
                     break
@@ -157,7 +158,7 @@ def integrate_window(
     for name, values in (("activation", a), ("excitation", u)):
         check_range(name, values, muscles)
     m = len(muscles)
-    mesh, steps = np.empty((1, m, MAX_STEPS)), np.zeros((1, m), dtype=np.int64)
+    mesh, steps = np.empty((1, 1, MAX_STEPS)), np.zeros((1, m), dtype=np.int64)
     end = np.empty((4, 1, m))
     failed = integrate_all(
         integrator.value, muscles.units, a, l_t, u[None], l_0, v_0, l_1, v_1, window, tolerance,

@@ -3,7 +3,6 @@
 pytest tests/benchmarks
 """
 
-import numpy as np
 import pytest
 
 import exudyn_muscles as em
@@ -27,22 +26,3 @@ def test_method(benchmark, source, method):
     model, motion = source.build(), source.motion()
     METHODS[method](model, motion)
     benchmark.pedantic(METHODS[method], args=(model, motion), rounds=5)
-
-
-@pytest.mark.parametrize("m", [2, 10, 100, 1000])
-def test_window(benchmark, m):
-    """One call for m muscles over 10 ms, from an ordinary state."""
-    unit = next(iter(pendulum.build().muscles))
-    muscles = em.MuscleSet(
-        em.Muscle(
-            f"{i}",
-            max_isometric_force=3000.0,
-            optimal_fiber_length=unit.optimal_fiber_length,
-            tendon_slack_length=unit.tendon_slack_length,
-        )
-        for i in range(m)
-    )
-    a, l = np.full(m, 0.2), np.full(m, 0.315)
-    F = em.equilibrium(muscles, a, l)
-    v = np.full(m, 0.2)
-    benchmark(em.integrate_window, muscles, a, F, np.full(m, 0.5), (l, l + 0.002), (v, v), 0.01)

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
-from exudyn_muscles.muscle.parameters import RANGES
+from exudyn_muscles.muscle.parameters import F_L, F_PE, F_SE, F_V, INVERSE_F_V, RANGES
+
+from ..zoo import LAWS
 
 GOOD = {
     "max_isometric_force": 1000.0,
@@ -23,7 +25,7 @@ def test_bad_value_is_named(parameter, value):
     with pytest.raises(em.ParameterError) as error:
         em.Muscle("flexor", **{**GOOD, parameter: value})
     low, high, unit = RANGES[parameter]
-    for part in ("'flexor'", parameter, repr(value), f"[{low:g}, {high:g}] {unit}"):
+    for part in ("'flexor'", parameter, repr(value), f"[{low:g}, {high:g}] {unit}".strip()):
         assert part in str(error.value)
 
 
@@ -108,3 +110,106 @@ def test_shortest_taut_length():
     width = 0.1 * math.sin(0.5)
     assert shortest[0] == pytest.approx(0.2 + 0.02)
     assert shortest[1] == pytest.approx(0.2 + width / math.tan(math.acos(0.1)))
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_shortest_taut_length_of_the_laws(law):
+    """Where the law stops the fibre, or the steepest pennation does."""
+    stops = {"Thelen2003": 0.0, "Millard2012": 0.4441, "Millard2012, undamped": 0.4441}
+    stop = 0.1 * stops.get(law, 0.2)
+    shortest = em.MuscleSet(
+        em.Muscle(f"{lean}", **{**GOOD, "pennation_angle_at_optimal": lean}, law=LAWS[law])
+        for lean in (0.0, 0.1, 0.5)
+    ).shortest_taut_length
+    for lean, taut in zip((0.0, 0.1, 0.5), shortest, strict=True):
+        width = 0.1 * math.sin(lean)
+        expected = max(math.sqrt(max(stop**2 - width**2, 0.0)), width / math.tan(math.acos(0.1)))
+        assert taut == pytest.approx(0.2 + expected, rel=1e-14)
+
+
+def test_defaults():
+    """The paper's activation on OpenSim's De Groote unit, as before there were other laws."""
+    muscle = em.Muscle("flexor", **GOOD)
+    assert muscle.law == em.DeGrooteFregly2016()
+    assert muscle.activation_dynamics is em.ActivationDynamics.LINEAR_FILTER
+    assert not muscle.ignore_tendon_compliance
+    assert muscle.tendon_strain_at_one_norm_force is None
+    assert muscle.tendon_strain == 0.049
+    assert muscle.minimum_activation == 0.01
+    assert muscle.max_contraction_velocity == 10.0
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "kind"),
+    [
+        ("law", "Thelen2003", "MuscleLaw"),
+        ("law", em.Thelen2003, "MuscleLaw"),
+        ("law", None, "MuscleLaw"),
+        ("activation_dynamics", "SMOOTH", "ActivationDynamics"),
+        ("activation_dynamics", 1, "ActivationDynamics"),
+        ("ignore_tendon_compliance", 1, "bool"),
+        ("ignore_tendon_compliance", None, "bool"),
+    ],
+)
+def test_what_is_of_another_kind_is_named(parameter, value, kind):
+    with pytest.raises(em.ParameterError) as error:
+        em.Muscle("flexor", **GOOD, **{parameter: value})
+    for part in ("'flexor'", parameter, repr(value), f"is not a {kind}"):
+        assert part in str(error.value)
+
+
+def test_strain_of_the_tendon():
+    """The muscle's own, or its law's; the tendon bears one F0 there."""
+    for law, default in ((em.Thelen2003(), 0.04), (em.Millard2012(), 0.049)):
+        for strain in (None, 0.02, 0.1):
+            muscle = em.Muscle("m", **GOOD, law=law, tendon_strain_at_one_norm_force=strain)
+            assert muscle.tendon_strain == (strain or default)
+            l_t = 0.2 * (1.0 + muscle.tendon_strain)
+            found = em.muscle_dynamics(em.MuscleSet([muscle]), [0.5], [l_t], [0.3], [0.0])
+            assert found.tendon_force[0] == pytest.approx(1000.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("strain", [0.0, -0.1, 1.1, math.nan, "stiff"])
+def test_strain_out_of_range(strain):
+    with pytest.raises(
+        em.ParameterError, match=r"'flexor': tendon_strain_at_one_norm_force = .* \[0\.001, 1\]$"
+    ):
+        em.Muscle("flexor", **GOOD, tendon_strain_at_one_norm_force=strain)
+
+
+def test_a_law_without_strain_takes_none():
+    with pytest.raises(em.ParameterError, match=r"'flexor': tendon_strain.* = 0\.05: .*no scale"):
+        em.Muscle(
+            "flexor",
+            **GOOD,
+            law=em.DeGrooteFregly2016Published(),
+            tendon_strain_at_one_norm_force=0.05,
+        )
+
+
+def test_a_law_for_rigid_tendons_only():
+    law = em.CustomLaw(
+        "rigid",
+        active_force_length=lambda x: np.exp(-((x - 1.0) ** 2) / 0.45),
+        force_velocity=lambda v: (1 + v) / (1 - 4 * v) if v < 0 else 1.4 - 0.4 / (1 + 12.5 * v),
+        passive_force_length=lambda x: 4.0 * np.maximum(x - 1.0, 0.0) ** 2,
+    )
+    assert len(em.MuscleSet([em.Muscle("m", **GOOD, law=law, ignore_tendon_compliance=True)])) == 1
+    with pytest.raises(
+        em.ParameterError, match=r"'flexor': .*'rigid'.* no tendon curve; .*ignore_tendon_complianc"
+    ):
+        em.MuscleSet([em.Muscle("flexor", **GOOD, law=law)])
+
+
+def test_units_share_the_curves_of_equal_laws():
+    """A hundred muscles of one law carry its curves once."""
+    curves = [F_L, F_V, INVERSE_F_V, F_PE, F_SE]
+    same = em.MuscleSet(em.Muscle(f"m{k}", **GOOD, law=em.Thelen2003()) for k in range(100)).units
+    assert same.table.shape[0] == 100
+    assert len(same.curves.grids) == 5
+    assert (same.table[:, curves] == same.table[0, curves]).all()
+    laws = list(LAWS.values())
+    every = em.MuscleSet(em.Muscle(f"m{k}", **GOOD, law=law) for k, law in enumerate(laws)).units
+    assert len(np.unique(every.table[:, F_L])) == len(laws)
+    for array in (every.table, *every.curves):
+        assert not array.flags.writeable
