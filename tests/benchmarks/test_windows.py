@@ -24,6 +24,7 @@ from ..muscle.make_window_box import LAWS, load
 
 WINDOW = 0.010
 COPIES = 30  # of a state in one call, so that the call itself does not count
+HEADER = "   median      mean  90th per.   % above worst/tol"
 EACH = 20  # every twentieth state for solve_ivp, which is slow
 
 
@@ -87,7 +88,7 @@ def cost_of_solve_ivp(units, states, tolerance):
 def line(name, times, forces, ends, F0, tolerance):
     error = abs(forces - ends[2]) / F0 / tolerance
     return (
-        f"  {name:24s}{np.median(times):9.1f}{np.mean(times):10.1f}{np.quantile(times, 0.9):10.1f}"
+        f"  {name:34s}{np.median(times):9.1f}{np.mean(times):10.1f}{np.quantile(times, 0.9):10.1f}"
         f"{100.0 * np.mean(error > 1.0):10.2f}{error.max():10.2f}"
     )
 
@@ -96,19 +97,21 @@ def line(name, times, forces, ends, F0, tolerance):
 def test_cost_of_a_window(kind, capsys):
     muscles, states, ends = load(kind)
     units, F0 = muscles.units, muscles.max_isometric_force
+    ratio = np.array([x.tendon_slack_length / x.optimal_fiber_length for x in muscles])
+    parts = {"": ratio > 0.0}
+    for low, high in ((0.1, 0.5), (0.5, 2.0), (2.0, 10.0)):
+        parts[f", l_ts/l_m0 {low:g} to {high:g}"] = (ratio >= low) & (ratio < high)
+    for name, law in LAWS.items():
+        parts[f", {name}"] = np.array([muscle.law == law for muscle in muscles])
     with capsys.disabled():
         print(f"\n\n{len(muscles)} {kind} windows of 10 ms; us per muscle and window, one core")
         for tolerance in (1e-4, 1e-6):
-            print(
-                f"tolerance {tolerance:g} F0:       median      mean  90th per.  % above  worst/tol"
-            )
+            print(f"{f'tolerance {tolerance:g} F0':36s}{HEADER}")
             for integrator in em.Integrator:
                 times, forces = cost(units, states, tolerance, integrator)
-                print(line(integrator.name.lower(), times, forces, ends, F0, tolerance))
-            for name, law in LAWS.items():
-                own = [k for k, muscle in enumerate(muscles) if muscle.law == law]
-                part = times[own], forces[own], ends[:, own], F0[own], tolerance
-                print(line(f"  {name}", *part))
+                for name, own in parts.items():
+                    part = times[own], forces[own], ends[:, own], F0[own], tolerance
+                    print(line(integrator.name.lower() + name, *part))
             sparse = units._replace(table=units.table[::EACH])
             times, forces = cost_of_solve_ivp(sparse, states[:, ::EACH], tolerance)
             part = ends[:, ::EACH], F0[::EACH], tolerance

@@ -27,7 +27,7 @@ NEAR_VMAX = 0.9  # where the slope "near vmax" holds
 PASSIVE_CURVINESS, PASSIVE_LOW_STIFFNESS, PASSIVE_STIFFNESS = 0.75, 0.2, 2.0
 TENDON_CURVINESS, TENDON_TOE, TENDON_STIFFNESS = 0.5, 2.0 / 3.0, 1.375
 # An undamped fibre with an elastic tendon divides by f_l and inverts f_v: OpenSim then keeps f_l
-# from falling below this, and the slopes of f_v at v_max from falling below this part of those near.
+# above this, and the slopes of f_v at v_max above this part of those near it.
 UNDAMPED = 1e-3  # smaller damping is none
 ACTIVE_FLOOR = 0.1
 SLOPE_SHARE = 0.5
