@@ -54,13 +54,13 @@ def trapezoidal(law, a, u, tau_a, tau_d, b, h):
     """Activation after one step of the trapezoidal rule."""
     rate, rate_a, _ = activation_rate(law, a, u, tau_a, tau_d, b)
     a_1 = a + h * rate / (1.0 - 0.5 * h * rate_a)
+    # A step far beyond the time constants would cross u, which a does not.
     low, high = min(a, u), max(a, u)
     for _ in range(NEWTON):
-        # A step far beyond the time constants would leave the interval that a cannot leave.
         a_1 = min(max(a_1, low), high)
         end, end_a, _ = activation_rate(law, a_1, u, tau_a, tau_d, b)
         correction = (a + 0.5 * h * (rate + end) - a_1) / (1.0 - 0.5 * h * end_a)
         a_1 += correction
         if abs(correction) < CONVERGED:
             break
-    return a_1
+    return min(max(a_1, low), high)

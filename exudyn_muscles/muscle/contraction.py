@@ -143,6 +143,14 @@ def tendon_rate(units, i, a, l_t, l, l_rate):
 
 
 @kernel(inline=True)
+def drift(units, i, r_l, l_rate, l_rate_rate):
+    """How l_t' changes with the time because l and l' do, with `tendon_rate`'s derivative to l."""
+    if units.table[i, RIGID]:
+        return 0.0
+    return r_l * l_rate + l_rate_rate
+
+
+@kernel(inline=True)
 def at_stop(units, i, l_t, l):
     """The tendon length that leaves the fibre at its shortest or longer."""
     if units.table[i, RIGID]:

@@ -15,7 +15,7 @@ import math
 
 from ..kernel import kernel
 from .activation import activation_rate
-from .contraction import at_stop, stopped_rate, tendon_force, tendon_rate
+from .contraction import at_stop, drift, stopped_rate, tendon_force, tendon_rate
 from .course import (
     LEAST_STIFFNESS,
     MAX_STEPS,
@@ -100,20 +100,20 @@ def rosenbrock_step(units, i, a, u, l_t, start, c, t, h_n):
     a_2, a_3, a_4, a_5, a_6, u_1, u_2, u_3, u_4, u_5, u_6 = activation_step(units, i, a, u, h_n)
     _, speed, acceleration = length_at(c, t)
     w, d = 1.0 / (1.0 / (GAMMA * h_n) - r_t), 1.0 / h_n
-    drift = h_n * (r_l * speed + acceleration)
-    y_1 = w * (rate + r_a * u_1 + G1 * drift)
+    moved = h_n * drift(units, i, r_l, speed, acceleration)
+    y_1 = w * (rate + r_a * u_1 + G1 * moved)
 
     l, v, _ = length_at(c, t + T2 * h_n)
     y = l_t + A21 * y_1
     beyond = y - at_stop(units, i, y, l)
-    y_2 = w * (tendon_rate(units, i, a_2, y, l, v)[0] + r_a * u_2 + G2 * drift + d * C21 * y_1)
+    y_2 = w * (tendon_rate(units, i, a_2, y, l, v)[0] + r_a * u_2 + G2 * moved + d * C21 * y_1)
     l, v, _ = length_at(c, t + T3 * h_n)
     y = l_t + A31 * y_1 + A32 * y_2
     beyond = max(beyond, y - at_stop(units, i, y, l))
     y_3 = w * (
         tendon_rate(units, i, a_3, y, l, v)[0]
         + r_a * u_3
-        + G3 * drift
+        + G3 * moved
         + d * (C31 * y_1 + C32 * y_2)
     )
     l, v, _ = length_at(c, t + T4 * h_n)
@@ -122,7 +122,7 @@ def rosenbrock_step(units, i, a, u, l_t, start, c, t, h_n):
     y_4 = w * (
         tendon_rate(units, i, a_4, y, l, v)[0]
         + r_a * u_4
-        + G4 * drift
+        + G4 * moved
         + d * (C41 * y_1 + C42 * y_2 + C43 * y_3)
     )
     l, v, _ = length_at(c, t + h_n)
@@ -178,7 +178,7 @@ def integrate_rosenbrock(
     if chosen:
         # A first step whose curvature is within the tolerance.
         _, _, l_tt = length_at(c, 0.0)
-        curvature = start[2] * rate_a + start[3] * start[1] + start[4] * v_0 + l_tt
+        curvature = start[2] * rate_a + start[3] * start[1] + drift(units, i, start[4], v_0, l_tt)
         h_n = START * min(
             h, math.sqrt(SHARE * tolerance / (max(start[5], least) * abs(curvature) + 1e-300))
         )

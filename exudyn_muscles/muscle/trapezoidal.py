@@ -16,7 +16,7 @@ import numpy as np
 
 from ..kernel import kernel
 from .activation import activation_rate, trapezoidal
-from .contraction import at_stop, stopped_rate, tendon_force, tendon_rate
+from .contraction import at_stop, drift, stopped_rate, tendon_force, tendon_rate
 from .course import (
     LEAST_STIFFNESS,
     MAX_STEPS,
@@ -89,7 +89,7 @@ def integrate_trapezoidal(
     rate_a, f_a, f_u = activation_rate(law, a, u, tau_a, tau_d, b)
     F, F_a, F_t, _, _ = tendon_force(units, i, a, l_t, l_0, v_0)
     # l_t'' at the start serves the first error estimate and the first step.
-    second = r_a * rate_a + r_t * r + r_l * v_0 + length_at(c, 0.0)[2]
+    second = r_a * rate_a + r_t * r + drift(units, i, r_l, v_0, length_at(c, 0.0)[2])
     if chosen:
         allowed = SHARE * tolerance * F0
         third = max(F_t, least) * abs(second) * (abs(r_t) + 1.0 / h)
