@@ -21,7 +21,7 @@ def balance(units, i, a, l, l_rate, p):
     """Tendon minus fibre force along the tendon over F0 at the projection `p`; further the fibre
     velocity [m/s] and the stiffnesses of tendon and fibre [F0/m].
 
-    Of the unit's speed l' the fibre takes the share that its compliance has in the unit's.
+    Of the unit's speed l' the fibre takes the share that its compliance at rest has in the unit's.
     """
     f, k_t = tendon(units, i, l - p)
     l_m, per_cos, cos_p = fiber(units, i, p)
@@ -32,7 +32,8 @@ def balance(units, i, a, l, l_rate, p):
     if k_t > 0.0:
         share = k_t / (k_t + max(k_m, 0.0))
     speed = share * l_rate * cos
-    force = fiber_force(units, i, a, x, speed / units.table[i, V_M])[0]
+    force, _, force_x, _ = fiber_force(units, i, a, x, speed / units.table[i, V_M])
+    k_m = force_x * cos * cos * units.table[i, PER_L_M0] + force * cos_p
     return f - force * cos, speed, k_t, k_m
 
 
@@ -138,7 +139,8 @@ def equilibrium(
         Musculotendon lengths l [m].
     lengthening_speed : (m,) array_like, optional
         l' [m/s]; left out, the fibres rest: the steady state of (4). In a moving unit fibre and
-        tendon share l' by their compliances, as in OpenSim's `computeEquilibrium`.
+        tendon share l' by their compliances, as in OpenSim's `computeEquilibrium`. At the kinks of
+        Thelen's curves the shares jump, and a unit may balance on neither side.
 
     Returns
     -------

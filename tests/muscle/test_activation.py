@@ -158,7 +158,7 @@ PAIRS = [(0.05, 0.9), (0.9, 0.05), (0.3, 0.35), (0.6, 0.01)]
 @EVERY_LAW
 @pytest.mark.parametrize("smoothing", [0.1, 10.0])
 def test_orders(law, smoothing):
-    """The trapezoidal rule has order 2, RODAS order 4."""
+    """The trapezoidal rule has order 2, the Rosenbrock method order 4."""
     h = 0.02
     exact = np.array([hill.activation(unit(law, smoothing), a, u, h) for a, u in PAIRS])
 

@@ -86,21 +86,20 @@ def rounding(state, partials):
 @EVERY_LAW
 def test_rate_is_the_formula(law):
     @given(state=states(law))
-    @settings(max_examples=100)
+    @settings(max_examples=50)
     def check(state):
         muscle, a, l_t, l, v = state
-        value, *partials = of_one(tendon_rate, state)
+        value, *partials, f_t = of_one(tendon_rate, state)
         p_t = hill.projection_rate(muscle, a, l_t, l)
         terms = abs(v) + abs(p_t) + rounding(state, partials)
         # Some curves go on along tangents of their polynomials, which are good to 1e-12.
-        fastest = 2.0 * muscle.max_contraction_velocity * muscle.optimal_fiber_length
-        precision = 1e-12 if abs(p_t) < fastest else 5e-12
-        assert value == pytest.approx(v - p_t, rel=precision, abs=1e-14 * terms)
-        stopped, stopped_value, *rest = of_one(stopped_rate, state)
-        if stopped:
-            assert stopped_value == v and rest == [0.0, 0.0, 0.0]
-        else:
-            assert (stopped_value, *rest) == (value, *partials)
+        V = muscle.max_contraction_velocity * muscle.optimal_fiber_length
+        precision = 1e-12 if abs(p_t) < 2.0 * V else 5e-12
+        assert value == pytest.approx(v - p_t, rel=precision, abs=1e-14 * (terms + V))
+        stopped, *found = of_one(stopped_rate, state)
+        assert found == ([v, 0.0, 0.0, 0.0, f_t] if stopped else [value, *partials, f_t])
+        per_F0 = of_one(tendon_force, state)[2] / muscle.max_isometric_force
+        assert f_t == pytest.approx(per_F0, rel=1e-14)
 
     check()
 
@@ -108,7 +107,7 @@ def test_rate_is_the_formula(law):
 @EVERY_LAW
 def test_force_is_the_formula(law):
     @given(state=states(law))
-    @settings(max_examples=100)
+    @settings(max_examples=50)
     def check(state):
         muscle, a, l_t, l, v = state
         value, *partials = of_one(tendon_force, state)
@@ -129,13 +128,13 @@ DE_GROOTE = (em.DeGrooteFregly2016, em.DeGrooteFregly2016Published)  # their sla
 @EVERY_LAW
 def test_force_at_a_rigid_tendon_is_the_formula(law):
     @given(state=states(law, rigid=True))
-    @settings(max_examples=100)
+    @settings(max_examples=50)
     def check(state):
         muscle, a, l_t, l, v = state
         value, *partials = of_one(tendon_force, state)
         near = 1e-13 * muscle.max_isometric_force + 1e-14 * rounding(state, partials)
         assert value == pytest.approx(hill.force(*state), rel=1e-12, abs=near)
-        assert of_one(tendon_rate, state) == (0.0, 0.0, 0.0, 0.0)
+        assert of_one(tendon_rate, state) == (0.0,) * 5
         assert of_one(at_stop, (muscle, l_t, l)) == l_t
 
     check()
@@ -152,7 +151,7 @@ def check_partials(kernel, state, scales, least=0.0):
     """
     muscle, *arguments = state
     units = em.MuscleSet([muscle]).units
-    value, *partials = kernel(units, 0, *arguments)
+    partials = kernel(units, 0, *arguments)[1 : 1 + len(scales)]
     certain = 0
     for k, (partial, scale) in enumerate(zip(partials, scales, strict=True)):
         if k == 1 and muscle.ignore_tendon_compliance:  # l_t is not a state
@@ -213,7 +212,7 @@ def test_partial_derivatives_of_the_force(law, rigid):
 
 
 @given(state=states())
-@settings(max_examples=300)
+@settings(max_examples=150)
 def test_nothing_overflows(state):
     assert np.isfinite(of_one(tendon_rate, state)).all()
     assert np.isfinite(of_one(tendon_force, state)).all()
@@ -263,7 +262,7 @@ def test_the_fiber_stops(law):
         free = hill.projection_rate(muscle, a, l_t, l)
         rest = 1e-9 * muscle.max_contraction_velocity * muscle.optimal_fiber_length
         if free < -rest:
-            assert at == (True, v, 0.0, 0.0, 0.0)
+            assert at[:5] == (True, v, 0.0, 0.0, 0.0)
         elif free > rest:
             assert not at[0]
             assert at[1] == pytest.approx(v - free, rel=1e-9, abs=rest)
@@ -280,7 +279,7 @@ def test_the_fiber_stops(law):
 
 @EITHER_INTEGRATOR
 @given(muscle=units(), a=st.floats(0.01, 1.0), stretch=st.floats(0.8, 1.2))
-@settings(max_examples=60)
+@settings(max_examples=40)
 def test_slack_tendon_recovers(integrator, muscle, a, stretch):
     muscles = em.MuscleSet([muscle])
     F0, optimal = muscle.max_isometric_force, muscle.optimal_fiber_length
@@ -306,7 +305,7 @@ def test_slack_tendon_recovers(integrator, muscle, a, stretch):
 
 @EITHER_INTEGRATOR
 @given(muscle=units(), a=st.floats(0.01, 1.0), speed=st.floats(3.0, 15.0))
-@settings(max_examples=60)
+@settings(max_examples=40)
 def test_slack_tendon_taut_after_a_stretch(integrator, muscle, a, speed):
     muscles = em.MuscleSet([muscle])
     optimal = muscle.optimal_fiber_length

@@ -34,7 +34,7 @@ def stands_still(state):
 @EITHER_TENDON
 def test_every_quantity_is_the_formula(law, rigid):
     @given(state=states(law, rigid), u=st.floats(0.01, 1.0))
-    @settings(max_examples=60)
+    @settings(max_examples=40)
     def check(state, u):
         muscle, a, l_t, l, v = state
         found, curves = of_one(state, u), hill.curves(muscle)
@@ -67,7 +67,7 @@ def test_fiber_and_tendon_bear_the_same(law, rigid):
     count = []
 
     @given(state=states(law, rigid))
-    @settings(max_examples=100)
+    @settings(max_examples=80)
     def check(state):
         muscle, a, l_t, l, v = state
         found, F0 = of_one(state), muscle.max_isometric_force
@@ -98,7 +98,7 @@ def test_power_balance(law, rigid):
     """F l' = F l_t' + F_fibre l_m': what goes in goes into tendon and fibre."""
 
     @given(state=states(law, rigid))
-    @settings(max_examples=60)
+    @settings(max_examples=40)
     def check(state):
         muscle, a, l_t, l, v = state
         found = of_one(state)
@@ -170,7 +170,7 @@ def test_a_fiber_at_its_stop_moves_with_its_path(law):
 @EVERY_LAW
 def test_tendon_length_inverts_the_fiber_length(law):
     @given(state=states(law))
-    @settings(max_examples=60)
+    @settings(max_examples=40)
     def check(state):
         muscle, a, l_t, l, v = state
         muscles = em.MuscleSet([muscle])
