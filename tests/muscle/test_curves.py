@@ -114,22 +114,31 @@ PACKED = pack(CURVES)
 @given(number=st.integers(0, len(CURVES) - 1), x=st.floats(-1e6, 1e6) | st.floats(-5.0, 5.0))
 def test_compiled_evaluation_is_the_piece_of_x(number, x):
     curve = CURVES[number]
-    value, slope = evaluate(PACKED, number, x)
+    value, slope, curvature = evaluate(PACKED, number, x)
     assert (value, slope) == (curve(x), curve.derivative(x))
     assume(np.abs(x - curve.pieces[1:, ORIGIN]).min() > 1e-14)  # either piece, after rounding
-    piece = next(piece for piece in curve.pieces if x < piece[END])
+    piece = next(piece for piece in curve.pieces if not x >= piece[END])
     polynomial = np.polynomial.Polynomial(piece[COEFFICIENTS])
     t = x - piece[ORIGIN]
     size = 1.0 + abs(piece[1]) + abs(t * piece[2])
     assert value == pytest.approx(polynomial(t), abs=1e-14 * size)
     assert slope == pytest.approx(polynomial.deriv()(t), abs=1e-12 * (1.0 + abs(piece[2])))
+    bend = polynomial.deriv(2)(t)
+    assert curvature == pytest.approx(bend, abs=1e-11 * (1.0 + abs(2.0 * piece[3])))
+
+
+@pytest.mark.parametrize("x", [-np.inf, np.inf])
+def test_infinity_lies_on_the_straight_lines(x):
+    for number, curve in enumerate(CURVES):
+        piece = curve.pieces[0 if x < 0.0 else -1]
+        assert evaluate(PACKED, number, x)[1] in (piece[2], pytest.approx(np.nan, nan_ok=True))
 
 
 @given(number=st.integers(0, len(CURVES) - 1))
 def test_ends_and_breaks_belong_to_the_piece_behind_them(number):
     curve = CURVES[number]
     for piece in curve.pieces[1:]:
-        assert evaluate(PACKED, number, piece[ORIGIN]) == (piece[1], piece[2])
+        assert evaluate(PACKED, number, piece[ORIGIN]) == (piece[1], piece[2], 2.0 * piece[3])
 
 
 def test_nan_in_gives_nan_out():

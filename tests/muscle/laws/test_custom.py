@@ -289,7 +289,7 @@ def test_bad_points(points, message):
 @pytest.mark.parametrize(
     ("numbers", "message"),
     [
-        ({"fiber_damping": -0.1}, r"^law 'mine': fiber_damping = -0.1 1 is outside \[0, 10\] 1$"),
+        ({"fiber_damping": -0.1}, r"^law 'mine': fiber_damping = -0.1 is outside \[0, 10\]$"),
         ({"shortest_fiber": 0.9}, r"^law 'mine': shortest_fiber = 0.9 .* outside \[0, 0.8\]"),
         ({"shortest_fiber": math.nan}, "^law 'mine': shortest_fiber = nan"),
     ],
