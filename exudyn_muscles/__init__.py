@@ -37,6 +37,7 @@ from .methods.static import Static, static_optimization
 from .model import MusculoskeletalModel
 from .motion import Motion
 from .muscle.activation import ActivationDynamics
+from .muscle.curves import Curve
 from .muscle.dynamics import MuscleDynamics, muscle_dynamics, tendon_length
 from .muscle.equilibrium import Equilibrium, equilibrium
 from .muscle.laws.custom import CustomLaw
@@ -60,6 +61,7 @@ __all__ = [
     "Cosimulation",
     "CosimulationPlugin",
     "Counts",
+    "Curve",
     "CustomLaw",
     "DeGrooteFregly2016",
     "DeGrooteFregly2016Published",

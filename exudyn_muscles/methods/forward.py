@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import number_within
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..muscle.arguments import check_range
@@ -135,6 +136,7 @@ class ForwardPlugin(UnifiedPlugin):
         self._window = -1
         if given.initial is not None:
             a, l_t = (np.array(x, dtype=float) for x in given.initial[2:])
+            l_t = self.model.muscles.with_rigid(l_t)
         else:
             a = self._u[0]
             l_t = equilibrium(self.model.muscles, a, geometry.length).tendon_length
@@ -164,3 +166,6 @@ def check_initial(
                 f"excitations: initial {name} must be {size} finite values, got {values!r}"
             )
     check_range("initial activation", np.asarray(a, dtype=float), model.muscles)
+    for muscle, length in zip(model.muscles, l_t, strict=True):
+        name, longest = f"muscle '{muscle.name}': initial l_t", 2.0 * muscle.tendon_slack_length
+        number_within(name, length, 0.0, longest, "m")

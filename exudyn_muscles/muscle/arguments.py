@@ -11,6 +11,8 @@ from .parameters import MuscleSet
 
 def as_rows(muscles: MuscleSet, **arrays: ArrayLike) -> list[np.ndarray]:
     """Contiguous float copies, one value a muscle each."""
+    if not isinstance(muscles, MuscleSet):
+        raise ParameterError(f"muscles must be a MuscleSet, got {muscles!r}")
     rows = []
     for name, values in arrays.items():
         try:

@@ -8,6 +8,8 @@ MAX_STEPS = 10000  # of one window
 # Shortest step over the window. Weak fibres under high force have time constants of 1e-9 s, and a
 # kink takes a small part of that.
 SHORTEST = 1e-15
+# A mesh that is used again serves as long as no step's error is this many times what was allowed.
+REUSE = 10.0
 # An error of l_t counts with no less than this part of F0 per stretch at F0: a slack tendon bears
 # nothing now, but soon may.
 LEAST_STIFFNESS = 0.3

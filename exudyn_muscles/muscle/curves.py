@@ -66,6 +66,8 @@ class Curve:
         name: str = "curve",
     ) -> None:
         edges = np.array(breaks, dtype=float)
+        if not (np.diff(edges) > 0.0).all():
+            raise ParameterError(f"{name}: breaks must increase, got {edges.tolist()}")
         starts, coefficients = _pieces(function, edges, name)
         ends = np.append(starts[1:], edges[-1])
         first, last = starts[0], ends[-1]

@@ -47,7 +47,8 @@ class MuscleDynamics(NamedTuple):
     active_force_length, force_velocity, passive_force_length : ndarray
         f_l, f_v, f_PE.
     active_fiber_force, passive_fiber_force : ndarray
-        F0 a f_l f_v, and F0 (f_PE + beta v) [N].
+        F0 a f_l f_v, and F0 (f_PE + beta v) [N]. The tendon force is zero where a rigid unit's
+        fibre would push.
     tendon_length_rate, activation_rate : ndarray
         l_t' [m/s] and a' [1/s]; the latter NaN where no excitation was given.
     tendon_stiffness : ndarray
@@ -151,6 +152,7 @@ def muscle_dynamics(
         lengthening_speed=lengthening_speed,
     )
     check_range("activation", a, muscles)
+    l_t = muscles.with_rigid(l_t)
     u = np.full(a.size, np.nan)
     if excitation is not None:
         (u,) = as_rows(muscles, excitation=excitation)

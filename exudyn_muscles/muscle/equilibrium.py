@@ -13,6 +13,7 @@ from .contraction import fiber, fiber_force, tendon, tendon_force
 from .parameters import A_MIN, F_0, L_TS, P_MIN, PER_L_M0, RIGID, V_M, MuscleSet
 
 BISECTIONS = 100  # halves any bracket to the last bit
+ROUNDING = 1e-12  # of forces over F0
 SHORTEST_TENDON = 0.5  # no tendon shortens to this part of its slack length
 
 
@@ -79,7 +80,8 @@ def steady_activations(units, F, l, a):
         active = fiber_force(units, i, 1.0, x, 0.0)[0] - passive
         wanted = F[i] * per_cos / units.table[i, F_0] - passive
         a[i] = units.table[i, A_MIN]
-        if wanted > a[i] * active:
+        # What the fibre cannot bear actively asks for no activation, or rounding would.
+        if wanted > a[i] * active + ROUNDING:
             a[i] = min(wanted / active, 1.0)
 
 

@@ -230,6 +230,10 @@ class MuscleSet:
         """l_m0, (m,) [m]."""
         return self.units.table[:, L_M0]
 
+    def with_rigid(self, l_t: np.ndarray) -> np.ndarray:
+        """Tendon lengths (m,) [m], with the slack length where the tendon is rigid."""
+        return np.where(self.units.table[:, RIGID] == 1.0, self.units.table[:, L_TS], l_t)
+
     @property
     def shortest_taut_length(self) -> np.ndarray:
         """Musculotendon length (m,) [m] below which the tendon is slack at the shortest fibre."""

@@ -19,6 +19,7 @@ from .contraction import at_stop, drift, stopped_rate, tendon_force, tendon_rate
 from .course import (
     LEAST_STIFFNESS,
     MAX_STEPS,
+    REUSE,
     SHORTEST,
     cubic,
     length_at,
@@ -195,14 +196,18 @@ def integrate_rosenbrock(
         else:
             a_1, l_t1, error_a, error_t = rosenbrock_step(units, i, a, u, l_t, start, c, t, h_n)
         l, v, _ = length_at(c, end)
+        # Errors older than a time constant 1/|df/dx| have decayed by the window's end, so that one
+        # time constant's (or the window's) steps share the tolerance.
+        share = SHARE * tolerance
+        error_a /= share * min(h_n * max(abs(f_a), 1.0 / h), 1.0)
+        error_t *= max(start[5], least) / (share * min(h_n * max(abs(start[3]), 1.0 / h), 1.0))
+        error = max(error_a, error_t)
+        if not error_a + error_t < math.inf:  # the maximum may lose a NaN
+            error = math.inf
+        factor = 0.0
         if chosen:
-            # Errors older than a time constant 1/|df/dx| have decayed by the window's end, so that
-            # one time constant's (or the window's) steps share the tolerance.
-            share = SHARE * tolerance
-            error_a /= share * min(h_n * max(abs(f_a), 1.0 / h), 1.0)
-            error_t *= max(start[5], least) / (share * min(h_n * max(abs(start[3]), 1.0 / h), 1.0))
             hh = h_n * h_n
-            error = max(error_a, error_t, MEMORY * constant * hh * hh)
+            error = max(error, MEMORY * constant * hh * hh)
             factor = SAFETY / math.sqrt(math.sqrt(error + 1e-300))
             if not error <= 1.0:
                 h_n *= factor if 0.1 < factor < 1.0 else 0.1
@@ -213,6 +218,8 @@ def integrate_rosenbrock(
                 return -1, a, l_t, 0.0, 0.0
             constant = error / (hh * hh)
             mesh[n] = end
+        elif not error <= REUSE:
+            return -1, a, l_t, 0.0, 0.0
         start_1 = stopped_rate(units, i, a_1, l_t1, l, v)
         _, f_a1, f_u1 = activation_rate(law, a_1, u, tau_a, tau_d, b)
         a_u1 = sensitivity(a_u, f_a, f_a1, f_u, f_u1, h_n)

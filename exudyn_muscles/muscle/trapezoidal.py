@@ -20,6 +20,7 @@ from .contraction import at_stop, drift, stopped_rate, tendon_force, tendon_rate
 from .course import (
     LEAST_STIFFNESS,
     MAX_STEPS,
+    REUSE,
     SHORTEST,
     cubic,
     length_at,
@@ -37,8 +38,8 @@ LARGEST = 0.5  # Newton correction over that stretch
 # the end of the window meets the tolerance over the whole box of states that
 # tests/muscle/test_window.py draws from.
 SHARE = 0.35
-# Longest step [s], a twentieth of the activation time constant: a longer one may straddle a change
-# that the error estimate, made from the slopes at its ends, does not see.
+# Longest step [s], a twentieth of the usual activation time constant: a longer one may straddle a
+# change that the error estimate, made from the slopes at its ends, does not see.
 LONGEST = 8e-4
 
 
@@ -110,20 +111,20 @@ def integrate_trapezoidal(
             units, i, l_t, r, a_1, l, v, h_n, guess
         )
         F_1, F_a1, F_t1, _, _ = tendon_force(units, i, a_1, l_t1, l, v)
+        # Local error h^3 x'''/12, x''' from divided differences of the slopes; the factor
+        # (1 - h/2 df/dx)^-1 keeps fast components from being overrated.
+        if n == 0:
+            third = 2.0 * ((q - r) / h_n - second) / h_n
+        else:
+            third = 2.0 * ((q - r) / h_n - (r - rate_p) / h_p) / (h_n + h_p)
+        error = abs(third) * h_n * h_n * h_n / 12.0 / (1.0 + 0.5 * h_n * abs(q_t))
+        error = max(F0 * error_a, max(F_t, F_t1, least) * error)
+        if stopped:  # its length is known
+            error = F0 * error_a
+        # Errors older than the time constant 1/|df/dx| have decayed by the window's end, so that
+        # one time constant's (or the window's) steps share the tolerance.
+        allowed = SHARE * tolerance * F0 * min(h_n * max(abs(q_t), 1.0 / h), 1.0)
         if chosen:
-            # Local error h^3 x'''/12, x''' from divided differences of the slopes; the factor
-            # (1 - h/2 df/dx)^-1 keeps fast components from being overrated.
-            if n == 0:
-                third = 2.0 * ((q - r) / h_n - second) / h_n
-            else:
-                third = 2.0 * ((q - r) / h_n - (r - rate_p) / h_p) / (h_n + h_p)
-            error = abs(third) * h_n * h_n * h_n / 12.0 / (1.0 + 0.5 * h_n * abs(q_t))
-            error = max(F0 * error_a, max(F_t, F_t1, least) * error)
-            if stopped:  # its length is known
-                error = F0 * error_a
-            # Errors older than the time constant 1/|df/dx| have decayed by the window's end, so
-            # that one time constant's (or the window's) steps share the tolerance.
-            allowed = SHARE * tolerance * F0 * min(h_n * max(abs(q_t), 1.0 / h), 1.0)
             if not converged or not error <= allowed:
                 shrink = 0.25
                 if converged and error < 1e6 * allowed:
@@ -135,7 +136,7 @@ def integrate_trapezoidal(
             if n == MAX_STEPS:
                 return -1, a, l_t, F, 0.0
             mesh[n] = end
-        elif not converged:
+        elif not converged or not error <= REUSE * allowed:
             return -1, a, l_t, F, 0.0
         _, f_a1, f_u1 = activation_rate(law, a_1, u, tau_a, tau_d, b)
         a_u1 = sensitivity(a_u, f_a, f_a1, f_u, f_u1, h_n)

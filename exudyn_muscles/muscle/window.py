@@ -28,8 +28,8 @@ DEFAULT_TOLERANCE = 1e-4
 class Integrator(Enum):
     """Method of the window integration.
 
-    TRAPEZOIDAL is the paper's, of order 2. ROSENBROCK (RODAS) is of order 4 and L-stable: faster
-    at every tolerance, by far at small ones and for short tendons.
+    TRAPEZOIDAL is the paper's, of order 2. ROSENBROCK (RODASP) is of order 4 and L-stable: faster
+    at every tolerance, by far at small ones.
     """
 
     TRAPEZOIDAL = TRAPEZOIDAL
@@ -143,8 +143,14 @@ def integrate_window(
     WindowError
         A muscle's equations could not be integrated; names it.
     """
-    number_within("window", window, 1e-9, 1.0, "s")
-    check_integration(tolerance, integrator)
+    window = number_within("window", window, 1e-9, 1.0, "s")
+    tolerance = check_integration(tolerance, integrator)
+    ends = {"length": length, "lengthening_speed": lengthening_speed}
+    for name, pair in ends.items():
+        if not isinstance(pair, (tuple, list)) or len(pair) != 2:
+            raise ParameterError(
+                f"{name} must be a pair, at the start and at the end, got {pair!r}"
+            )
     a, l_t, u, l_0, l_1, v_0, v_1 = as_rows(
         muscles,
         activation=activation,
@@ -157,6 +163,7 @@ def integrate_window(
     )
     for name, values in (("activation", a), ("excitation", u)):
         check_range(name, values, muscles)
+    l_t = muscles.with_rigid(l_t)
     m = len(muscles)
     mesh, steps = np.empty((1, 1, MAX_STEPS)), np.zeros((1, m), dtype=np.int64)
     end = np.empty((4, 1, m))
@@ -168,11 +175,12 @@ def integrate_window(
     return WindowEnd(end[0, 0], end[1, 0], end[2, 0], end[3, 0], steps[0])
 
 
-def check_integration(tolerance: float, integrator: Integrator) -> None:
-    """Raise ParameterError for a tolerance outside [1e-6, 1e-2] or an unknown integrator."""
-    number_within("tolerance", tolerance, 1e-6, 1e-2)
+def check_integration(tolerance: float, integrator: Integrator) -> float:
+    """The tolerance; ParameterError if it is outside [1e-6, 1e-2] or the integrator unknown."""
+    tolerance = number_within("tolerance", tolerance, 1e-6, 1e-2)
     if not isinstance(integrator, Integrator):
         raise ParameterError(f"integrator = {integrator!r} is not one of {list(Integrator)}")
+    return tolerance
 
 
 def check_window(

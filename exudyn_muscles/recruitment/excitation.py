@@ -14,6 +14,7 @@ from ..muscle.window import integrate
 
 ITERATIONS = 60
 CONVERGED = 1e-9  # |F_end - F_opt| over F0
+NARROW = 1e-12  # bracket of u in which F_end jumps, by less than the tolerance, if it does
 
 
 @kernel
@@ -54,7 +55,7 @@ def excitations(
                 steps = 0
                 continue
             error = F_1 - wanted[i]
-            if abs(error) <= close or u_high - u_low < 1e-15:
+            if abs(error) <= close or u_high - u_low < NARROW:
                 found = True
                 break
             if error > 0.0:

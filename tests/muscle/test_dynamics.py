@@ -244,3 +244,20 @@ def test_a_fiber_shorter_than_its_width():
     muscles = em.MuscleSet([unit("fine"), unit("thick", pennation_angle_at_optimal=0.5)])
     with pytest.raises(em.ParameterError, match=r"'thick': fiber_length = 0\.04 m .* 0\.0479"):
         em.tendon_length(muscles, [0.04, 0.04], [0.3, 0.3])
+
+
+def test_a_rigid_tendon_has_its_slack_length_whatever_is_given():
+    unit = em.Muscle(
+        "rigid", max_isometric_force=1000.0, optimal_fiber_length=0.1, tendon_slack_length=0.2,
+        ignore_tendon_compliance=True,
+    )  # fmt: skip
+    muscles = em.MuscleSet([unit])
+    for l_t in (0.15, 0.2, 0.25):
+        assert em.muscle_dynamics(muscles, [0.5], [l_t], [0.3], [0.0]).tendon_force == (
+            em.equilibrium(muscles, [0.5], [0.3]).force
+        )
+        end = em.integrate_window(
+            muscles, [0.5], [l_t], [0.5], ([0.3], [0.3]), ([0.0], [0.0]), 0.01
+        )
+        assert end.tendon_length == 0.2
+        assert end.force == pytest.approx(em.equilibrium(muscles, [0.5], [0.3]).force, rel=1e-14)

@@ -258,3 +258,34 @@ def test_a_muscle_that_is_slack_either_way_rests(law, integrator):
         assert u[0] == 0.01
         rested += high[0] == 0.0 and end[0] <= 0.0 and slack[0] < 0.2
     assert rested > 0, "no speed left the tendon slack at both bounds"
+
+
+@pytest.mark.parametrize("integrator", em.Integrator)
+def test_steps_that_no_longer_fit_are_chosen_anew(integrator):
+    """Bounds at constant speed and then at an end that is far from it: the steps of the first
+    evaluation miss the second by far, and a method without iteration would not notice."""
+    unit = em.Muscle(
+        "unit", max_isometric_force=1000.0, optimal_fiber_length=0.1, tendon_slack_length=0.205
+    )
+    muscles, h, l, v, v_1 = em.MuscleSet([unit]), 0.01, 0.169 + 0.205 * 1.024, 0.21, 0.37
+    start = np.array([0.01]), np.array([0.205 * 1.024]), np.array([l]), np.array([v]), h
+    ends = [
+        (np.array([l + h * v]), np.array([v])),
+        (np.array([l + h * 0.5 * (v + v_1)]), np.array([v_1])),
+    ]
+    again, fresh = (ReachableForces(muscles, TOLERANCE, integrator) for _ in range(2))
+    again.open(*start)
+    fresh.open(*start)
+    again.bounds(*ends[0])
+    np.testing.assert_allclose(again.bounds(*ends[1]), fresh.bounds(*ends[1]), rtol=2e-4)
+
+
+def test_a_fibre_that_bears_nothing_actively_starts_at_rest():
+    unit = em.Muscle(
+        "unit", max_isometric_force=1000.0, optimal_fiber_length=0.15, tendon_slack_length=0.16,
+        law=em.Millard2012(),
+    )  # fmt: skip
+    muscles = em.MuscleSet([unit])
+    for l in ([0.45], [0.46], [0.47]):  # beyond 1.81 optimal lengths
+        low, _ = steady_bounds(muscles, np.array(l))
+        assert steady_state(muscles, low, np.array(l))[0] == unit.minimum_activation

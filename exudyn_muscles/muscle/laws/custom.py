@@ -101,10 +101,12 @@ class CustomLaw(MuscleLaw):
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
             raise ParameterError(f"a law's name is a non-empty string, got {self.name!r}")
-        number_within(self._label("fiber_damping"), self.fiber_damping, 0.0, 10.0)
-        number_within(
-            self._label("shortest_fiber"), self.shortest_fiber, 0.0, 0.8, "optimal fiber lengths"
-        )
+        for number, high, unit in (
+            ("fiber_damping", 10.0, ""),
+            ("shortest_fiber", 0.8, "optimal fiber lengths"),
+        ):
+            value = number_within(self._label(number), getattr(self, number), 0.0, high, unit)
+            object.__setattr__(self, number, value)
         for curve in ("active_force_length", "force_velocity", "passive_force_length"):
             self._keep(curve)
         if self.tendon_force_length is not None:
@@ -130,7 +132,7 @@ class CustomLaw(MuscleLaw):
         x, y = _samples(curve)
         if undamped:
             rule = f"an elastic tendon without fiber_damping needs {LEAST_ACTIVE:g} at least"
-            self._require(name, x, y, y >= LEAST_ACTIVE, rule)
+            self._require(name, x, y, y >= LEAST_ACTIVE - ROUNDING, rule)
         self._require(name, x, y, y >= -ROUNDING, "it must not be negative")
         top = [np.argmax(y)]
         good = (np.abs(x - 1.0) <= PEAK) & (np.abs(y - 1.0) <= PEAK)
@@ -175,7 +177,7 @@ class CustomLaw(MuscleLaw):
         x, y = _samples(curve)
         self._require_rising(name, 1.0 + x, y)
         rule = "it has to reach 1 within its range"
-        self._require(name, 1.0 + x[-1:], y[-1:], y[-1:] >= 1.0, rule)
+        self._require(name, 1.0 + x[-1:], y[-1:], y[-1:] >= 1.0 - ROUNDING, rule)
         return curve
 
     # What the user gave.
@@ -236,7 +238,7 @@ def _measured(label: str, given: Any) -> tuple[tuple[float, ...], tuple[float, .
     """Checked points as tuples."""
     try:
         x, y = (np.array(part, dtype=float) for part in given)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ParameterError(
             f"{label} is a function or a pair (x, y) of measured points, got {type(given).__name__}"
         ) from None

@@ -16,9 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...checks import number_within
 from ..curves import Curve
-from .law import HillCurves, MuscleLaw
+from .law import STRONGEST, HillCurves, MuscleLaw
 
 # Active force-length: three Gaussians, rows (b1, b2, b3, b4); OpenSim changed the first b1.
 GAUSSIANS = (
@@ -103,11 +102,12 @@ class DeGrooteFregly2016(MuscleLaw):
             ("passive_fiber_strain_at_one_norm_force", 0.01, 10.0),
             ("fiber_damping", 0.0, 10.0),
         ):
-            number_within(f"{type(self).__name__}: {name}", getattr(self, name), low, high)
+            self.keep_number(name, low, high)
 
     def make_curves(self, elastic: bool) -> HillCurves:
         strain = self.passive_fiber_strain_at_one_norm_force
         offset = math.exp(K_PE * (ZERO_LENGTH - 1.0) / strain)
+        longest = min(LONGEST, 1.0 + strain * (math.log(STRONGEST) / K_PE + 1.0))
         growth = math.log((1.0 + OPENSIM_C_3) / C_1)  # k_T times the strain at one F0
         return HillCurves(
             Curve(
@@ -118,7 +118,7 @@ class DeGrooteFregly2016(MuscleLaw):
             *force_velocity_curves(OPENSIM_FORCE_VELOCITY),
             Curve(
                 lambda x: (np.exp(K_PE * (x - 1.0) / strain) - offset) / (math.exp(K_PE) - offset),
-                (0.0, LONGEST),
+                (0.0, longest),
             ),
             Curve(lambda s: C_1 * np.exp(growth * s) - OPENSIM_C_3, TENDON),
         )
@@ -139,9 +139,7 @@ class DeGrooteFregly2016Published(MuscleLaw):
     shortest_fiber = ZERO_LENGTH
 
     def __post_init__(self) -> None:
-        number_within(
-            f"{type(self).__name__}: tendon_stiffness", self.tendon_stiffness, 1.0, 1000.0
-        )
+        self.keep_number("tendon_stiffness", 1.0, 1000.0)
 
     def make_curves(self, elastic: bool) -> HillCurves:
         offset = math.exp(K_PE * (ZERO_LENGTH - 1.0) / STRAIN)

@@ -8,10 +8,14 @@ tendon strains by the strain at one maximum isometric force.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from functools import cache
+from functools import lru_cache
 from typing import NamedTuple
 
+from ...checks import number_within
 from ..curves import Curve
+
+# Passive curves follow their exponentials up to this many F0, and their tangents from there.
+STRONGEST = 1e6
 
 
 class HillCurves(NamedTuple):
@@ -64,12 +68,23 @@ class MuscleLaw(ABC):
     def make_curves(self, elastic: bool) -> HillCurves:
         """The curves of a unit with an elastic or a rigid tendon."""
 
+    def keep_number(self, name: str, low: float, high: float) -> None:
+        """Check a field and keep it as a float.
+
+        Raises
+        ------
+        ParameterError
+            It is outside its range; names the law, the field and the range.
+        """
+        number = number_within(f"{type(self).__name__}: {name}", getattr(self, name), low, high)
+        object.__setattr__(self, name, number)
+
     def curves(self, elastic: bool = True) -> HillCurves:
         """The curves of a unit with an elastic or a rigid tendon, as the kernels see them."""
         return _curves(self, elastic)
 
 
-@cache
+@lru_cache(maxsize=64)
 def _curves(law: MuscleLaw, elastic: bool) -> HillCurves:
     """Made once: laws are values."""
     return law.make_curves(elastic)

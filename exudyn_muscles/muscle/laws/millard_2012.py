@@ -12,11 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from ...checks import number_within
+from ...errors import ParameterError
 from ..curves import Curve
 from .law import HillCurves, MuscleLaw
 
@@ -68,8 +69,7 @@ def bezier(joints: Sequence[Point], curviness: Sequence[float], inverse: bool = 
     The parameter of an x is found by bisection and, from close by, Newton's method.
     """
     segments = [
-        corner(start, end, c)
-        for start, end, c in zip(joints[:-1], joints[1:], curviness, strict=True)
+        corner(start, end, c) for (start, end), c in zip(pairwise(joints), curviness, strict=True)
     ]
     across, along = (1, 0) if inverse else (0, 1)
     edges = np.array([joint[across] for joint in joints])
@@ -134,10 +134,10 @@ class Millard2012(MuscleLaw):
     tendon_strain_at_one_norm_force = 0.049  # not a field
 
     def __post_init__(self) -> None:
-        self._check("fiber_damping", 0.0, 10.0)
+        self.keep_number("fiber_damping", 0.0, 10.0)
         if self.fiber_damping < UNDAMPED:
             object.__setattr__(self, "fiber_damping", 0.0)
-        self._check("min_norm_active_fiber_length", 0.01, 0.9)
+        self.keep_number("min_norm_active_fiber_length", 0.01, 0.9)
         low = self.min_norm_active_fiber_length
         for name, least, most in (
             ("transition_norm_fiber_length", low + 0.01, 0.94),
@@ -152,12 +152,14 @@ class Millard2012(MuscleLaw):
             ("eccentric_slope_near_vmax", 0.01, 1.0),
             ("fiber_strain_at_zero_force", -0.5, 2.0),
         ):
-            self._check(name, least, most)
+            self.keep_number(name, least, most)
         least = self.fiber_strain_at_zero_force + 0.01
-        self._check("fiber_strain_at_one_norm_force", least, 10.0)
+        self.keep_number("fiber_strain_at_one_norm_force", least, 10.0)
 
-    def _check(self, name: str, least: float, most: float) -> None:
-        number_within(f"{type(self).__name__}: {name}", getattr(self, name), least, most)
+        for floored in (True, False):
+            check_corners("active force-length curve", self._active_joints(floored))
+            check_corners("force-velocity curve", self._velocity_joints(floored))
+        check_corners("passive force-length curve", self._passive_joints())
 
     @property
     def shortest_fiber(self) -> float:  # type: ignore[override]
@@ -166,23 +168,26 @@ class Millard2012(MuscleLaw):
 
     def make_curves(self, elastic: bool) -> HillCurves:
         floored = elastic and self.fiber_damping == 0.0
+        invertible = self._velocity_joints(True)
         return HillCurves(
-            self._active(max(self.minimum_value, ACTIVE_FLOOR) if floored else 0.0),
+            bezier(self._active_joints(floored), [ACTIVE_CURVINESS] * 5),
             bezier(self._velocity_joints(floored), VELOCITY_CURVINESS),
-            bezier(self._velocity_joints(True), VELOCITY_CURVINESS, inverse=True),
-            self._passive(),
-            tendon(),
+            bezier(invertible, VELOCITY_CURVINESS, inverse=True),
+            bezier(self._passive_joints(), [PASSIVE_CURVINESS] * 2),
+            bezier(TENDON_JOINTS, [TENDON_CURVINESS] * 2),
         )
 
-    def _active(self, floor: float) -> Curve:
+    def _active_joints(self, floored: bool) -> list[Point]:
+        """Joints of f_l, with a floor that can be divided by or without."""
         x_0, x_1, x_3 = (
             self.min_norm_active_fiber_length,
             self.transition_norm_fiber_length,
             self.max_norm_active_fiber_length,
         )
+        floor = max(self.minimum_value, ACTIVE_FLOOR) if floored else 0.0
         plateau = 0.05  # half its width
         y_1 = 1.0 - self.shallow_ascending_slope * (1.0 - plateau - x_1)
-        joints = [
+        return [
             Point(x_0, floor, 0.0),
             Point(0.5 * (x_0 + x_1), 0.5 * y_1, 1.25 * y_1 / (x_1 - x_0)),
             Point(0.5 * (x_1 + 1.0 - plateau), 0.5 * (y_1 + 1.0), self.shallow_ascending_slope),
@@ -190,7 +195,6 @@ class Millard2012(MuscleLaw):
             Point(0.5 * (1.0 + plateau + x_3), 0.5, -1.0 / (x_3 - 1.0 - 2.0 * plateau)),
             Point(x_3, floor, 0.0),
         ]
-        return bezier(joints, [ACTIVE_CURVINESS] * 5)
 
     def _velocity_joints(self, floored: bool) -> list[Point]:
         """Joints of f_v, with slopes at the maximum velocities that can be inverted or without."""
@@ -210,28 +214,42 @@ class Millard2012(MuscleLaw):
             Point(1.0, most, slopes[1]),
         ]
 
-    def _passive(self) -> Curve:
+    def _passive_joints(self) -> list[Point]:
+        """Joints of f_PE."""
         start = 1.0 + self.fiber_strain_at_zero_force
         end = 1.0 + self.fiber_strain_at_one_norm_force
         stiffness = PASSIVE_STIFFNESS / (end - start)
         toe = min(0.1 / stiffness, 0.1 * (end - start))
-        joints = [
+        return [
             Point(start, 0.0, 0.0),
             Point(start + toe, PASSIVE_LOW_STIFFNESS * 0.5 * toe, PASSIVE_LOW_STIFFNESS),
             Point(end, 1.0, stiffness),
         ]
-        return bezier(joints, [PASSIVE_CURVINESS] * 2)
 
 
-def tendon() -> Curve:
-    """f_SE of the tendon strain over its value at one F0: the curve scales with that strain."""
+def check_corners(name: str, joints: Sequence[Point]) -> None:
+    """Raise ParameterError where a curve would not bend one way only between two joints."""
+    for start, end in pairwise(joints):
+        steepness = (end.y - start.y) / (end.x - start.x)
+        low, high = sorted([start.slope, end.slope])
+        if not low < steepness < high:
+            raise ParameterError(
+                f"Millard2012: {name}: no smooth corner from x = {start.x:.4g} to {end.x:.4g}: the "
+                f"slope between them, {steepness:.4g}, is outside ({low:.4g}, {high:.4g})"
+            )
+
+
+def tendon_joints() -> list[Point]:
+    """Joints of f_SE over the tendon strain over its value at one F0: it scales with that."""
     toe = 1.0 - (1.0 - TENDON_TOE) / TENDON_STIFFNESS
     foot = 0.1 * toe
     middle = 1.0 - (1.0 - 0.5 * TENDON_TOE) / TENDON_STIFFNESS
     slope = 0.5 * TENDON_TOE / (middle - foot)
-    joints = [
+    return [
         Point(0.0, 0.0, 0.0),
         Point(0.5 * (foot + middle), 0.5 * slope * (middle - foot), slope),
         Point(toe, TENDON_TOE, TENDON_STIFFNESS),
     ]
-    return bezier(joints, [TENDON_CURVINESS] * 2)
+
+
+TENDON_JOINTS = tendon_joints()

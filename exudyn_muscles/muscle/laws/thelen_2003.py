@@ -14,9 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...checks import number_within
 from ..curves import Curve
-from .law import HillCurves, MuscleLaw
+from .law import STRONGEST, HillCurves, MuscleLaw
 
 K_TOE, F_TOE = 3.0, 0.33  # tendon: exponent of the toe, and force at its end
 LONGEST = 3.0  # farther end of the fibre's curves [optimal fibre lengths]
@@ -55,15 +54,14 @@ class Thelen2003(MuscleLaw):
     def __post_init__(self) -> None:
         for name, low, high in (
             ("fmax_muscle_strain", 0.01, 10.0),
-            ("kshape_active", 0.01, 10.0),
+            ("kshape_active", 0.15, 10.0),
             ("kshape_passive", 0.1, 20.0),
             ("af", 0.01, 10.0),
             ("flen", 1.01, 10.0),
         ):
-            number_within(f"{type(self).__name__}: {name}", getattr(self, name), low, high)
+            self.keep_number(name, low, high)
         # From 1/flen on the tangent begins in the lengthening part.
-        name, value = "fv_linear_extrap_threshold", self.fv_linear_extrap_threshold
-        number_within(f"{type(self).__name__}: {name}", value, 1.0 / self.flen, 0.999)
+        self.keep_number("fv_linear_extrap_threshold", 1.0 / self.flen + 1e-3, 0.999)
 
     def make_curves(self, elastic: bool) -> HillCurves:
         A, F, top = self.af, self.flen, self.fv_linear_extrap_threshold * self.flen
@@ -91,6 +89,7 @@ class Thelen2003(MuscleLaw):
             curved = F_TOE * np.expm1(K_TOE * np.minimum(s, toe) / toe) / math.expm1(K_TOE)
             return curved + stiffness * np.maximum(s - toe, 0.0)
 
+        longest = min(LONGEST, 1.0 + e * math.log1p(STRONGEST * math.expm1(k)) / k)
         return HillCurves(
             Curve(
                 lambda x: np.exp(-((x - 1.0) ** 2) / self.kshape_active),
@@ -100,7 +99,7 @@ class Thelen2003(MuscleLaw):
             Curve(force, (-1.0, 0.0, fastest), (1.0 / shortening_slope, 1.0 / lengthening_slope)),
             Curve(velocity, (0.0, 1.0, top), (shortening_slope, lengthening_slope)),
             Curve(
-                lambda x: np.expm1(k * (x - 1.0) / e) / math.expm1(k), (1.0, LONGEST), (0.0, None)
+                lambda x: np.expm1(k * (x - 1.0) / e) / math.expm1(k), (1.0, longest), (0.0, None)
             ),
             Curve(tendon, (0.0, toe, 2.0), (0.0, stiffness)),
         )

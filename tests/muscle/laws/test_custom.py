@@ -304,3 +304,17 @@ def test_bad_names(name):
     with pytest.raises(ParameterError, match="a law's name is a non-empty string"):
         em.CustomLaw(name, active_force_length=parabola, force_velocity=force_velocity,
                      passive_force_length=passive)  # fmt: skip
+
+
+@pytest.mark.parametrize("end", [1.03, 1.033, 1.04, 1.049, 1.05])
+def test_a_measured_tendon_may_end_at_one(end):
+    tendon = ([1.0, 0.75 + 0.25 * end, 0.5 + 0.5 * end, end], [0.0, 0.1, 0.4, 1.0])
+    law = em.CustomLaw(
+        "ends at one",
+        active_force_length=lambda x: np.exp(-((x - 1.0) ** 2) / 0.45),
+        force_velocity=lambda v: 1.0 + np.tanh(3.0 * v),
+        passive_force_length=lambda x: 0.0 * x,
+        tendon_force_length=tendon,
+        fiber_damping=0.1,
+    )
+    assert law.curves().tendon_force_length(end - 1.0) == pytest.approx(1.0, abs=1e-12)

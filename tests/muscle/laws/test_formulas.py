@@ -2,10 +2,12 @@
 
 import math
 import pickle
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
+import exudyn_muscles as em
 from exudyn_muscles.errors import ParameterError
 from exudyn_muscles.muscle.curves import COEFFICIENTS, END, ORIGIN
 from exudyn_muscles.muscle.laws.de_groote_fregly_2016 import (
@@ -261,3 +263,52 @@ def test_laws_are_values(name):
 def test_numbers_outside_their_ranges(make, message):
     with pytest.raises(ParameterError, match=message):
         make()
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        (
+            lambda: Millard2012(max_eccentric_velocity_force_multiplier=1.05),
+            r"Millard2012: force-velocity curve: no smooth corner from x = 0 to 0\.9",
+        ),
+        (
+            lambda: Millard2012(eccentric_slope_near_vmax=1.0),
+            "Millard2012: force-velocity curve: no smooth corner",
+        ),
+        (
+            lambda: Millard2012(fiber_strain_at_one_norm_force=10.0),
+            "Millard2012: passive force-length curve: no smooth corner",
+        ),
+        (
+            lambda: Thelen2003(fv_linear_extrap_threshold=1.0 / 1.4),
+            "Thelen2003: fv_linear_extrap_threshold = 0.714",
+        ),
+        (lambda: Thelen2003(flen=0), "Thelen2003: flen = 0 is outside"),
+        (lambda: Thelen2003(flen="x"), "Thelen2003: flen = 'x' is outside"),
+        (lambda: Millard2012(min_norm_active_fiber_length="a"), "min_norm_active_fiber_length"),
+    ],
+)
+def test_numbers_that_make_no_curve(law, message):
+    with pytest.raises(em.ParameterError, match=message):
+        law()
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        DeGrooteFregly2016(passive_fiber_strain_at_one_norm_force=0.01),
+        Thelen2003(fmax_muscle_strain=0.013),
+        Thelen2003(fmax_muscle_strain=0.05, kshape_passive=20.0),
+    ],
+)
+def test_steep_passive_curves_go_on_along_their_tangents(law):
+    curve = law.curves().passive_force_length
+    assert 0.99e6 < curve(curve.range[1]) < 1.01e6
+    assert np.isfinite(curve(3.0))
+
+
+def test_numbers_are_kept_as_floats():
+    law = DeGrooteFregly2016(passive_fiber_strain_at_one_norm_force=Fraction(3, 5))
+    assert law == DeGrooteFregly2016()
+    hash(law)
