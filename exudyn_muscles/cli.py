@@ -73,6 +73,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(arguments: argparse.Namespace) -> int:
     method = arguments.method
     _refuse_foreign_options(arguments)
+    _refuse_lonely_sto(arguments)
     out = _folder(arguments.out)
     _announce()
     model, motion = load_model(arguments.model)
@@ -92,6 +93,8 @@ def _run(arguments: argparse.Namespace) -> int:
     if out is not None:
         path = out / f"{arguments.model.stem}_{method}"
         _save(trajectory, path.with_suffix(".npz"))
+        if arguments.sto:
+            _save_storages(trajectory, path, model)
         from . import plot
 
         draw: list[Callable] = [plot.forces, plot.activations, plot.excitations]
@@ -368,6 +371,13 @@ def _refuse_foreign_options(arguments: argparse.Namespace) -> None:
             )
 
 
+def _refuse_lonely_sto(arguments: argparse.Namespace) -> None:
+    from .errors import ParameterError
+
+    if arguments.sto and arguments.out is None:
+        raise ParameterError("--sto needs --out DIR, the folder for the files")
+
+
 def _announce() -> None:
     from .compilation import announce_compilation
 
@@ -578,6 +588,13 @@ def _save(trajectory: Trajectory, file: Path) -> None:
     print(f"wrote {file}")
 
 
+def _save_storages(trajectory: Trajectory, path: Path, model: MusculoskeletalModel) -> None:
+    from .storage import write_results
+
+    for file in write_results(trajectory, path, model.reserves):
+        print(f"wrote {file}")
+
+
 def _save_figure(draw: Callable, shown: Sequence[Any], file: Path) -> None:
     import matplotlib
 
@@ -669,6 +686,12 @@ def _parser() -> argparse.ArgumentParser:
         required=True,
         choices=METHODS,
         help="static optimization, computed muscle control, full or simplified co-simulation",
+    )
+    run.add_argument(
+        "--sto",
+        action="store_true",
+        help="write states, controls, kinematics (in degrees), forces and tracking errors as "
+        "OpenSim's .sto files too, beside the .npz",
     )
     run.add_argument(
         "--step",
