@@ -73,7 +73,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(arguments: argparse.Namespace) -> int:
     method = arguments.method
     _refuse_foreign_options(arguments)
-    _refuse_lonely_sto(arguments)
     out = _folder(arguments.out)
     _announce()
     model, motion = load_model(arguments.model)
@@ -94,7 +93,10 @@ def _run(arguments: argparse.Namespace) -> int:
         path = out / f"{arguments.model.stem}_{method}"
         _save(trajectory, path.with_suffix(".npz"))
         if arguments.sto:
-            _save_storages(trajectory, path, model)
+            from .storage import write_results
+
+            for file in write_results(trajectory, path, model.reserves):
+                print(f"wrote {file}")
         from . import plot
 
         draw: list[Callable] = [plot.forces, plot.activations, plot.excitations]
@@ -356,9 +358,11 @@ def _method(
 
 
 def _refuse_foreign_options(arguments: argparse.Namespace) -> None:
-    """An option that the method would ignore is a mistake."""
+    """An option that would be ignored is a mistake."""
     from .errors import ParameterError
 
+    if arguments.sto and arguments.out is None:
+        raise ParameterError("--sto needs --out DIR, the folder for its files")
     for option, methods in (
         ("kp", ("cmc", "csf", "css")),
         ("kv", ("cmc", "csf", "css")),
@@ -369,13 +373,6 @@ def _refuse_foreign_options(arguments: argparse.Namespace) -> None:
             raise ParameterError(
                 f"--{option} belongs to --method {' or '.join(methods)}, not to {arguments.method}"
             )
-
-
-def _refuse_lonely_sto(arguments: argparse.Namespace) -> None:
-    from .errors import ParameterError
-
-    if arguments.sto and arguments.out is None:
-        raise ParameterError("--sto needs --out DIR, the folder for the files")
 
 
 def _announce() -> None:
@@ -586,13 +583,6 @@ def _folder(path: Path | None) -> Path | None:
 def _save(trajectory: Trajectory, file: Path) -> None:
     trajectory.save(file)
     print(f"wrote {file}")
-
-
-def _save_storages(trajectory: Trajectory, path: Path, model: MusculoskeletalModel) -> None:
-    from .storage import write_results
-
-    for file in write_results(trajectory, path, model.reserves):
-        print(f"wrote {file}")
 
 
 def _save_figure(draw: Callable, shown: Sequence[Any], file: Path) -> None:

@@ -18,7 +18,7 @@ import numpy as np
 
 from .errors import ParameterError, ResultFileError, StorageError
 from .muscle.dynamics import fiber_lengths, tendon_forces
-from .storage import read_storage, reserve_label
+from .storage import read_storage, reserve_labels
 
 if TYPE_CHECKING:
     import pandas
@@ -125,7 +125,7 @@ class Excitations:
             Names of the m muscles; other columns do not matter.
         reserves : sequence of Reserve
             Those of the model, whose optimal forces the controls are multiplied with; their columns
-            are called `<coordinate>_reserve`.
+            are called `<coordinate>_reserve`, the next on the same one `<coordinate>_reserve_2`.
 
         Raises
         ------
@@ -136,7 +136,7 @@ class Excitations:
         FileNotFoundError
         """
         storage = read_storage(file)
-        names = [reserve_label(reserve.coordinate) for reserve in reserves]
+        names = reserve_labels([reserve.coordinate for reserve in reserves])
         try:
             u, torques = storage.controls(muscles)[1:], storage.controls(names)
             if len(u) == 0:

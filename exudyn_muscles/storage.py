@@ -71,9 +71,11 @@ class Storage:
     in_degrees: bool = False
 
     def __post_init__(self) -> None:
-        t, x = np.array(self.time, dtype=float), np.array(self.values, dtype=float)
-        labels = tuple(self.labels)
-        what = f"storage '{self.name}'"
+        what, labels = f"storage '{self.name}'", tuple(self.labels)
+        try:
+            t, x = np.array(self.time, dtype=float), np.array(self.values, dtype=float)
+        except (TypeError, ValueError) as error:
+            raise StorageError(f"{what}: time and values must be numbers: {error}") from error
         if t.ndim != 1 or x.shape != (t.size, len(labels)) or t.size == 0:
             raise StorageError(
                 f"{what}: time {t.shape}, values {x.shape} and {len(labels)} labels do not fit: "
@@ -376,18 +378,22 @@ def tracking_errors(trajectory: Trajectory) -> Storage:
 
 
 def _actuators(trajectory: Trajectory) -> tuple[str, ...]:
-    return (*trajectory.muscle_names, *map(reserve_label, trajectory.reserve_names))
+    return (*trajectory.muscle_names, *reserve_labels(trajectory.reserve_names))
 
 
-def reserve_label(coordinate: str) -> str:
-    """The name of the reserve on a coordinate."""
-    return f"{coordinate}_reserve"
+def reserve_labels(coordinates: Sequence[str]) -> list[str]:
+    """`<coordinate>_reserve` for every reserve, with a number from the second on a coordinate."""
+    labels = []
+    for k, name in enumerate(coordinates):
+        before = list(coordinates[:k]).count(name)
+        labels.append(f"{name}_reserve_{before + 1}" if before else f"{name}_reserve")
+    return labels
 
 
 def write_results(
     trajectory: Trajectory, stem: str | Path, reserves: Sequence[Reserve] = ()
 ) -> list[Path]:
-    """Write the files that OpenSim's CMC leaves behind; tracking errors only of what tracked.
+    """Write the files that OpenSim's CMC leaves behind; errors only where a motion was desired.
 
     Parameters
     ----------
