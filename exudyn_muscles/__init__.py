@@ -37,6 +37,7 @@ from .methods.static import Static, static_optimization
 from .model import MusculoskeletalModel
 from .motion import Motion
 from .muscle.activation import ActivationDynamics
+from .muscle.curves import Curve
 from .muscle.dynamics import MuscleDynamics, muscle_dynamics, tendon_length
 from .muscle.equilibrium import Equilibrium, equilibrium
 from .muscle.laws.custom import CustomLaw
@@ -46,7 +47,8 @@ from .muscle.laws.millard_2012 import Millard2012
 from .muscle.laws.thelen_2003 import Thelen2003
 from .muscle.parameters import Muscle, MuscleSet
 from .muscle.window import Integrator, WindowEnd, integrate_window
-from .path.points import PathPoint
+from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint, simm_spline
+from .path.surfaces import PathWrap, WrapCylinder, WrapSphere
 from .recruitment.normalizers import MaximumIsometricForce, Normalizer, ReachableMaximum
 from .recruitment.optimization import Reserve, Solver
 from .result import Counts, Difference, Excitations, Status, Trajectory
@@ -57,9 +59,11 @@ __all__ = [
     "CMC",
     "ActivationDynamics",
     "CMCPlugin",
+    "ConditionalPathPoint",
     "Cosimulation",
     "CosimulationPlugin",
     "Counts",
+    "Curve",
     "CustomLaw",
     "DeGrooteFregly2016",
     "DeGrooteFregly2016Published",
@@ -81,6 +85,7 @@ __all__ = [
     "ModelError",
     "Motion",
     "MotionError",
+    "MovingPathPoint",
     "Muscle",
     "MuscleDynamics",
     "MuscleLaw",
@@ -90,6 +95,7 @@ __all__ = [
     "ParameterError",
     "PathPoint",
     "PathWarning",
+    "PathWrap",
     "Predictor",
     "ReachableMaximum",
     "RecruitmentError",
@@ -109,6 +115,8 @@ __all__ = [
     "UnmetTorqueWarning",
     "WindowEnd",
     "WindowError",
+    "WrapCylinder",
+    "WrapSphere",
     "computed_muscle_control",
     "cosimulate",
     "equilibrium",
@@ -116,6 +124,7 @@ __all__ = [
     "integrate_window",
     "muscle_dynamics",
     "plot",
+    "simm_spline",
     "static_optimization",
     "tendon_length",
     "view",

@@ -1,0 +1,139 @@
+"""The shortest way of a muscle from a point P to a point Q over a surface, in the surface's frame.
+
+It is straight from P to a tangent point, a geodesic from there to another one, and straight again
+to Q; all of it is smooth. The geodesic begins with no length where the straight line from P to Q
+touches the surface, so that l and r are continuous there. As in OpenSim nothing wraps while P or Q
+is inside the surface.
+
+A side works as in OpenSim: a muscle whose straight line passes the center on the wrong side goes
+around the long way. Over a cylinder it does so wherever the line is, over a sphere or an ellipsoid
+while the line cuts it.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..kernel import kernel
+from .surfaces import AXIS, CYLINDER, HALF_LENGTH, RADII, SHAPE, SIDE
+
+# Nothing wraps; it does but could be elsewhere; the straight line cuts the surface.
+FREE, WRAPPED, CUT = range(3)
+START = RADII.start
+
+# Rows of `contact`: tangent points and the unit directions of the muscle there, from P to Q.
+FIRST_POINT, SECOND_POINT, FIRST_DIRECTION, SECOND_DIRECTION = range(4)
+
+
+@kernel
+def wrap_over(wraps, w, P, Q, contact):
+    """Write the contact (4, 3) of wrap `w` and return FREE, WRAPPED or CUT, and the arc [m]."""
+    if wraps[w, SHAPE] == CYLINDER:
+        return wrap_over_cylinder(
+            wraps[w, START], wraps[w, HALF_LENGTH], int(wraps[w, AXIS]), wraps[w, SIDE], P, Q,
+            contact,
+        )  # fmt: skip
+    return wrap_over_sphere(wraps[w, START], int(wraps[w, AXIS]), wraps[w, SIDE], P, Q, contact)
+
+
+@kernel
+def wrap_over_cylinder(radius, half_length, axis, side, P, Q, contact):
+    """A helix, which is straight in the plane into which the cylinder unrolls."""
+    p, q = math.hypot(P[0], P[1]), math.hypot(Q[0], Q[1])
+    if p < radius or q < radius:
+        return FREE, 0.0
+    # Seen along the axis: where the line passes the center, and the way around it.
+    d_x, d_y = Q[0] - P[0], Q[1] - P[1]
+    square = d_x * d_x + d_y * d_y
+    cross = P[0] * Q[1] - P[1] * Q[0]
+    foot = -(P[0] * d_x + P[1] * d_y)  # from P, in units of square
+    between = 0.0 < foot < square
+    shorter = 1.0 if cross >= 0.0 else -1.0
+    sense = shorter  # counterclockwise if positive
+    if side != 0.0:
+        if between:
+            sense = 1.0 if side * (d_y if axis == 0 else -d_x) >= 0.0 else -1.0
+        elif side * (P[axis] if foot <= 0.0 else Q[axis]) < 0.0:
+            sense = -shorter
+    angle = math.atan2(abs(cross), P[0] * Q[0] + P[1] * Q[1])
+    if sense != shorter:
+        angle = 2.0 * math.pi - angle
+    a, b = math.sqrt(p * p - radius * radius), math.sqrt(q * q - radius * radius)
+    turn = angle - math.atan2(a, radius) - math.atan2(b, radius)
+    if not turn > 0.0:
+        return FREE, 0.0
+    flat, rise = a + radius * turn + b, Q[2] - P[2]
+    z_1, z_2 = P[2] + rise * (a / flat), Q[2] - rise * (b / flat)
+    if abs(z_1) > half_length and abs(z_2) > half_length:
+        return FREE, 0.0
+    length = math.hypot(flat, rise)
+    # The tangent points are seen from the axis at acos(radius / p) from P and likewise from Q.
+    for row, x, y, distance, tangent, z in (
+        (FIRST_POINT, P[0], P[1], p, sense * a, z_1),
+        (SECOND_POINT, Q[0], Q[1], q, -sense * b, z_2),
+    ):
+        scale = radius / (distance * distance)
+        contact[row, 0] = scale * (radius * x - tangent * y)
+        contact[row, 1] = scale * (radius * y + tangent * x)
+        contact[row, 2] = z
+        around = sense * flat / (length * radius)
+        contact[row + 2, 0] = -around * contact[row, 1]
+        contact[row + 2, 1] = around * contact[row, 0]
+        contact[row + 2, 2] = rise / length
+    cut = between and cross * cross < radius * radius * square
+    return CUT if cut else WRAPPED, radius * turn * length / flat
+
+
+@kernel
+def wrap_over_sphere(radius, axis, side, P, Q, contact):
+    """An arc of a great circle, in the plane of P, Q and the center."""
+    wraps, angle = plane_of_arc(radius, axis, side, P, Q, contact)
+    if not wraps:
+        return FREE, 0.0
+    return CUT, radius * angle
+
+
+@kernel
+def plane_of_arc(radius, axis, side, P, Q, contact):
+    """Whether the line from P to Q cuts a sphere, the arc's angle, and the contact."""
+    p = math.sqrt(P[0] * P[0] + P[1] * P[1] + P[2] * P[2])
+    q = math.sqrt(Q[0] * Q[0] + Q[1] * Q[1] + Q[2] * Q[2])
+    if p < radius or q < radius:
+        return False, 0.0
+    n_x, n_y, n_z = P[1] * Q[2] - P[2] * Q[1], P[2] * Q[0] - P[0] * Q[2], P[0] * Q[1] - P[1] * Q[0]
+    cross = math.sqrt(n_x * n_x + n_y * n_y + n_z * n_z)
+    d_x, d_y, d_z = Q[0] - P[0], Q[1] - P[1], Q[2] - P[2]
+    square = d_x * d_x + d_y * d_y + d_z * d_z
+    along = -(P[0] * d_x + P[1] * d_y + P[2] * d_z) / square if square > 0.0 else 0.0
+    if not 0.0 < along < 1.0 or not cross * cross < radius * radius * square:
+        return False, 0.0
+    angle = math.atan2(cross, P[0] * Q[0] + P[1] * Q[1] + P[2] * Q[2])
+    if cross <= 1e-12 * p * q:
+        # Straight through the center: towards the side, or any fixed way.
+        k = axis if side != 0.0 else 0
+        if side == 0.0 and abs(P[0]) > 0.9 * p:
+            k = 1
+        b_x = (1.0 if k == 0 else 0.0) * (side if side != 0.0 else 1.0)
+        b_y = (1.0 if k == 1 else 0.0) * (side if side != 0.0 else 1.0)
+        b_z = (1.0 if k == 2 else 0.0) * (side if side != 0.0 else 1.0)
+        n_x, n_y, n_z = P[1] * b_z - P[2] * b_y, P[2] * b_x - P[0] * b_z, P[0] * b_y - P[1] * b_x
+        cross = math.sqrt(n_x * n_x + n_y * n_y + n_z * n_z)
+        if cross <= 1e-12 * p:
+            return False, 0.0
+    elif side != 0.0 and side * (P[axis] + along * (Q[axis] - P[axis])) < 0.0:
+        angle, cross = 2.0 * math.pi - angle, -cross
+    n_x, n_y, n_z = n_x / cross, n_y / cross, n_z / cross
+    a, b = math.sqrt(p * p - radius * radius), math.sqrt(q * q - radius * radius)
+    turn = angle - math.atan2(a, radius) - math.atan2(b, radius)
+    if not turn > 0.0:
+        return False, 0.0
+    for row, X, distance, tangent in ((0, P, p, a), (1, Q, q, -b)):
+        scale = radius / (distance * distance)
+        contact[row, 0] = scale * (radius * X[0] + tangent * (n_y * X[2] - n_z * X[1]))
+        contact[row, 1] = scale * (radius * X[1] + tangent * (n_z * X[0] - n_x * X[2]))
+        contact[row, 2] = scale * (radius * X[2] + tangent * (n_x * X[1] - n_y * X[0]))
+        x, y, z = contact[row, 0] / radius, contact[row, 1] / radius, contact[row, 2] / radius
+        contact[row + 2, 0] = n_y * z - n_z * y
+        contact[row + 2, 1] = n_z * x - n_x * z
+        contact[row + 2, 2] = n_x * y - n_y * x
+    return True, turn
