@@ -48,7 +48,7 @@ from .muscle.laws.thelen_2003 import Thelen2003
 from .muscle.parameters import Muscle, MuscleSet
 from .muscle.window import Integrator, WindowEnd, integrate_window
 from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint, simm_spline
-from .path.surfaces import PathWrap, WrapCylinder, WrapSphere
+from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere
 from .recruitment.normalizers import MaximumIsometricForce, Normalizer, ReachableMaximum
 from .recruitment.optimization import Reserve, Solver
 from .result import Counts, Difference, Excitations, Status, Trajectory
@@ -116,6 +116,7 @@ __all__ = [
     "WindowEnd",
     "WindowError",
     "WrapCylinder",
+    "WrapEllipsoid",
     "WrapSphere",
     "computed_muscle_control",
     "cosimulate",

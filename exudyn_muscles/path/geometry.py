@@ -168,7 +168,9 @@ def surface_frames(wraps, first, last, R, p, frames):
 
 
 @kernel
-def lay(rules, starts, wraps, wrap_starts, i, R, p, x, q, rope, tags, contacts, frames, trial, arcs):
+def lay(
+    rules, starts, wraps, wrap_starts, i, R, p, x, q, rope, tags, contacts, frames, trial, arcs, work
+):  # fmt: skip
     """Lay muscle `i` around its surfaces; returns how many points its rope has.
 
     `rope` (points, 3) gets the active path points and the tangent points, `tags` what they are: the
@@ -220,7 +222,7 @@ def lay(rules, starts, wraps, wrap_starts, i, R, p, x, q, rope, tags, contacts, 
                     continue
                 to_surface(frames, w, rope[k], P)
                 to_surface(frames, w, rope[k + 1], Q)
-                status, length = wrap_over(wraps, offset + w, P, Q, found)
+                status, length = wrap_over(wraps, offset + w, P, Q, found, work)
                 if status == FREE:
                     continue
                 longer = distance(P, found[0]) + length + distance(found[1], Q) - distance(P, Q)
@@ -245,12 +247,7 @@ def lay(rules, starts, wraps, wrap_starts, i, R, p, x, q, rope, tags, contacts, 
             tags[place], tags[place + 1] = -1 - 2 * w, -2 - 2 * w
             from_surface(frames, w, contact[0], rope[place])
             from_surface(frames, w, contact[1], rope[place + 1])
-        # Surfaces that are not neighbours do not know of each other.
-        neighbours = False
-        for k in range(n - 1):
-            if tags[k] < 0 and tags[k + 1] < 0 and tags[k] % 2 == 0:
-                neighbours = True
-        if moved < AT_REST or not neighbours:
+        if moved < AT_REST or count == 1:
             break
     return n
 
@@ -274,6 +271,7 @@ def path_geometry(
             surfaces = max(surfaces, wrap_starts[i + 1] - wrap_starts[i])
     size = points + 2 * surfaces
     work, tags = np.empty((1 + size + 10 + 9 * surfaces, 3)), np.empty(size, dtype=np.int64)
+    steps = np.empty((16 if surfaces else 0, 8))
     e, rope, trial = work[0], work[1 : size + 1], work[size + 1 : size + 11]
     rest = work[size + 11 :]
     contacts, frames, arcs = rest[: 4 * surfaces], rest[4 * surfaces :], rest[8 * surfaces :, 0]
@@ -297,7 +295,7 @@ def path_geometry(
             move_points(positions, links, rules, curves, R, p, q, starts[i], starts[i + 1], x)
             count = lay(
                 rules, starts, wraps, wrap_starts, i, R, p, x, q, rope, tags, contacts, frames,
-                trial, arcs,
+                trial, arcs, steps,
             )  # fmt: skip
             for k in range(count - 1):
                 a, b = tags[k], tags[k + 1]

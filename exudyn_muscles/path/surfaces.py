@@ -25,6 +25,7 @@ WRAP_COLUMNS = 22
 CYLINDER, SPHERE, ELLIPSOID = range(3)
 
 LARGEST = 1e3  # radius, length [m]
+LARGEST_RATIO = 10.0  # of an ellipsoid's radii
 
 
 @dataclass(frozen=True)
@@ -153,6 +154,35 @@ class WrapSphere(WrapSurface):
     def row(self) -> np.ndarray:
         row = super().row()
         row[SHAPE], row[RADII] = SPHERE, self.radius
+        return row
+
+
+@dataclass(frozen=True)
+class WrapEllipsoid(WrapSurface):
+    """An ellipsoid: a muscle runs over it along a geodesic.
+
+    Parameters
+    ----------
+    radii : (3,) sequence of float
+        Half axes along x, y and z [m]; the largest is at most ten times the smallest.
+    **surface
+        As in `WrapSurface`.
+    """
+
+    radii: Sequence[float]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._set_vector("radii")
+        radii = tuple(self._set_size("radii", radius) for radius in self.radii)
+        if max(radii) > LARGEST_RATIO * min(radii):
+            raise ParameterError(
+                f"{self}: radii = {radii} m differ by more than a factor of {LARGEST_RATIO:g}"
+            )
+
+    def row(self) -> np.ndarray:
+        row = super().row()
+        row[SHAPE], row[RADII] = ELLIPSOID, self.radii
         return row
 
 
