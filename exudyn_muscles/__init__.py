@@ -21,6 +21,7 @@ from .errors import (
     UnmetTorqueError,
     UnmetTorqueWarning,
     WindowError,
+    WrappingError,
 )
 from .methods.cmc import CMC, CMCPlugin, computed_muscle_control
 from .methods.control import RecruitmentSettings
@@ -118,6 +119,7 @@ __all__ = [
     "WrapCylinder",
     "WrapEllipsoid",
     "WrapSphere",
+    "WrappingError",
     "computed_muscle_control",
     "cosimulate",
     "equilibrium",

@@ -24,9 +24,11 @@ from .great_circle import plane_of_arc
 # OpenSim mirrors the middle of a path on the wrong side; that takes it to the other side of the
 # center if it was further than 45 deg off.
 WRONG_SIDE = math.sqrt(0.5)
-ITERATIONS = 40
+ITERATIONS = 25
+LARGEST_TURN = 0.3  # of phi in one of them
+PARTS = (1, 4, 16)  # of the way from the sphere to the ellipsoid
 ACCURACY = 1e-13  # of the angle, and of the arc relative to the ellipsoid
-STEP = 0.45  # of the integration, in smallest radii of curvature
+STEP = 0.35  # of the integration, in smallest radii of curvature
 
 # Dormand and Prince's method of order 8: Hairer, Norsett, Wanner: Solving ODEs I (1993), II.5.
 STAGES = 12
@@ -83,57 +85,87 @@ def steps_over(radii, arc):
 def wrap_over_ellipsoid(radii, axis, side, P, Q, contact, work):
     """The geodesic, from the great circle in the sphere's coordinates as a guess.
 
-    `work` (16, 8). Returns whether the line cuts the ellipsoid, and the arc, which is NaN if none
-    was found.
+    Where that is too far off, the sphere is deformed into the ellipsoid in steps. `work` (20, 8).
+    Returns whether the line cuts the ellipsoid, and the arc, which is NaN if none was found.
     """
-    y, stages = work[0], work[1:14]
-    inverse_squares, scaled_P, scaled_Q = work[14, 0:3], work[14, 3:6], work[15, 0:3]
+    shape, scaled_P, scaled_Q, frame = work[14, :3], work[14, 3:6], work[15, :3], work[16:19, :3]
     for k in range(3):
-        inverse_squares[k] = 1.0 / (radii[k] * radii[k])
         scaled_P[k], scaled_Q[k] = P[k] / radii[k], Q[k] / radii[k]
     wraps, angle = plane_of_arc(1.0, axis, side, WRONG_SIDE, scaled_P, scaled_Q, contact)
     if not wraps:
         return False, 0.0
-    # The circle of touching points, |scaled_P| = p: center P/p^2, radius rho, axes e and f.
+    # Axes of the circle of touching points: c towards P, and e continues the guess.
     p = math.sqrt(dot(scaled_P, scaled_P))
+    along = dot(contact[2], scaled_P) / (p * p)
+    for k in range(3):
+        frame[0, k] = scaled_P[k] / p
+        frame[1, k] = contact[2, k] - along * scaled_P[k]
+    norm = math.sqrt(dot(frame[1], frame[1]))
+    for k in range(3):
+        frame[1, k] /= norm
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        frame[2, k] = frame[0, i] * frame[1, j] - frame[0, j] * frame[1, i]
+    guess = work[19]
+    for k in range(6):
+        guess[k] = contact[k // 3 * 2, k % 3]
+    mean = (radii[0] * radii[1] * radii[2]) ** (1.0 / 3.0)
+    for parts in PARTS:
+        phi, ratio, found = 0.0, 1.0, True
+        for part in range(1, parts + 1):
+            for k in range(3):
+                shape[k] = radii[k]
+                if part < parts:
+                    shape[k] = mean * (radii[k] / mean) ** (part / parts)
+                contact[0, k], contact[2, k] = guess[k], guess[3 + k]
+            length = great_circle_length(shape, angle, contact)
+            found, phi, arc = touch(
+                shape, scaled_P, scaled_Q, p, frame, phi, ratio * length, contact, work
+            )
+            if not found:
+                break
+            ratio = arc / length
+        if found:
+            return True, arc
+    return True, math.nan
+
+
+@kernel
+def touch(radii, scaled_P, scaled_Q, p, frame, phi, arc, contact, work):
+    """Newton's iteration for phi and the arc; returns whether it found them, and both."""
+    y, stages, inverse_squares = work[0], work[1:14], work[15, 3:6]
     rho = math.sqrt((p - 1.0) * (p + 1.0)) / p
-    c_x, c_y, c_z = scaled_P[0] / p, scaled_P[1] / p, scaled_P[2] / p
-    # e continues the direction in which the guess leaves the circle's axis.
-    e_x, e_y, e_z = contact[2, 0], contact[2, 1], contact[2, 2]
-    along = e_x * c_x + e_y * c_y + e_z * c_z
-    e_x, e_y, e_z = e_x - along * c_x, e_y - along * c_y, e_z - along * c_z
-    norm = math.sqrt(e_x * e_x + e_y * e_y + e_z * e_z)
-    e_x, e_y, e_z = e_x / norm, e_y / norm, e_z / norm
-    f_x, f_y, f_z = c_y * e_z - c_z * e_y, c_z * e_x - c_x * e_z, c_x * e_y - c_y * e_x
-    arc = great_circle_length(radii, angle, contact)
-    steps = steps_over(radii, arc)
+    for k in range(3):
+        inverse_squares[k] = 1.0 / (radii[k] * radii[k])
+    c, e, f = frame[0], frame[1], frame[2]
     size = min(radii[0], radii[1], radii[2])
-    phi = 0.0
+    steps = steps_over(radii, arc)
     for _ in range(ITERATIONS):
         cos, sin = math.cos(phi), math.sin(phi)
-        # Direction w from P, and what it and the point change by with phi: g and rho g.
-        g_x = radii[0] * (cos * f_x - sin * e_x)
-        g_y = radii[1] * (cos * f_y - sin * e_y)
-        g_z = radii[2] * (cos * f_z - sin * e_z)
-        w_x = radii[0] * (cos * e_x + sin * f_x - rho * p * c_x)
-        w_y = radii[1] * (cos * e_y + sin * f_y - rho * p * c_y)
-        w_z = radii[2] * (cos * e_z + sin * f_z - rho * p * c_z)
-        norm = math.sqrt(w_x * w_x + w_y * w_y + w_z * w_z)
-        y[3], y[4], y[5] = w_x / norm, w_y / norm, w_z / norm
-        y[0] = P[0] + rho * w_x
-        y[1] = P[1] + rho * w_y
-        y[2] = P[2] + rho * w_z
+        # w from P to the tangent point is the direction there, g its change with phi.
+        w_w = g_w = 0.0
+        for k in range(3):
+            w = radii[k] * (cos * e[k] + sin * f[k] - rho * p * c[k])
+            g = radii[k] * (cos * f[k] - sin * e[k])
+            w_w, g_w = w_w + w * w, g_w + g * w
+            y[k] = radii[k] * scaled_P[k] + rho * w
+            y[3 + k] = w
+        norm = math.sqrt(w_w)
+        for k in range(3):
+            y[3 + k] /= norm
         b_x, b_y, b_z = binormal(y, inverse_squares)
-        across = g_x * b_x + g_y * b_y + g_z * b_z
-        slide = rho * (g_x * y[3] + g_y * y[4] + g_z * y[5])
+        across = b_x * radii[0] * (cos * f[0] - sin * e[0])
+        across += b_y * radii[1] * (cos * f[1] - sin * e[1])
+        across += b_z * radii[2] * (cos * f[2] - sin * e[2])
+        slide = rho * g_w / norm
         y[6], y[7] = rho * across, across / norm
         for k in range(6):
             contact[k // 3 * 2, k % 3] = y[k]
         follow_geodesic(y, inverse_squares, arc, steps, stages)
         # The line to Q is to lie along the geodesic's end: nothing of it along n and b.
-        d_x, d_y, d_z = Q[0] - y[0], Q[1] - y[1], Q[2] - y[2]
-        n_x = inverse_squares[0] * y[0]
-        n_y = inverse_squares[1] * y[1]
+        d_x, d_y = radii[0] * scaled_Q[0] - y[0], radii[1] * scaled_Q[1] - y[1]
+        d_z = radii[2] * scaled_Q[2] - y[2]
+        n_x, n_y = inverse_squares[0] * y[0], inverse_squares[1] * y[1]
         n_z = inverse_squares[2] * y[2]
         norm = math.sqrt(n_x * n_x + n_y * n_y + n_z * n_z)
         n_x, n_y, n_z = n_x / norm, n_y / norm, n_z / norm
@@ -141,20 +173,18 @@ def wrap_over_ellipsoid(radii, axis, side, P, Q, contact, work):
         above = d_x * n_x + d_y * n_y + d_z * n_z
         beside = d_x * b_x + d_y * b_y + d_z * b_z
         ahead = d_x * y[3] + d_y * y[4] + d_z * y[5]
-        turn_v = turning(y[3], y[4], y[5], n_x, n_y, n_z, d_x, d_y, d_z, above, inverse_squares)
-        turn_b = turning(b_x, b_y, b_z, n_x, n_y, n_z, d_x, d_y, d_z, above, inverse_squares)
-        above_s, above_phi = turn_v / norm, (turn_v * slide + turn_b * y[6]) / norm
-        beside_phi = -y[6] - y[7] * ahead
         if abs(above) + abs(beside) < ACCURACY * size:
             for k in range(6):
                 contact[k // 3 * 2 + 1, k % 3] = y[k]
-            return True, arc
-        d_phi = max(-0.3, min(0.3, -beside / beside_phi))
-        d_arc = -(above + above_phi * d_phi) / above_s
+            return ahead > -size * ACCURACY, phi, arc
+        turn_v = turning(y[3], y[4], y[5], n_x, n_y, n_z, d_x, d_y, d_z, above, inverse_squares)
+        turn_b = turning(b_x, b_y, b_z, n_x, n_y, n_z, d_x, d_y, d_z, above, inverse_squares)
+        d_phi = beside / (y[6] + y[7] * ahead)
+        d_phi = max(-LARGEST_TURN, min(LARGEST_TURN, d_phi))
+        arc_ahead = -(above * norm + (turn_v * slide + turn_b * y[6]) * d_phi) / turn_v
         phi += d_phi
-        # An arc stays one: at most halved and never more than half of the way around longer.
-        arc = max(0.5 * arc, min(arc + d_arc, arc + size))
-    return True, math.nan
+        arc = max(0.5 * arc, min(arc + arc_ahead, arc + size))
+    return False, phi, arc
 
 
 @kernel

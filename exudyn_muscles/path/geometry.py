@@ -18,10 +18,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import ParameterError
+from ..errors import WrappingError
 from ..kernel import kernel
 from ..muscle.curves import PackedCurves, evaluate
-from .points import COORDINATE, CURVES, HIGH, LOW, STRAIGHT, Paths
+from .points import COORDINATE, CURVES, HIGH, LOW, Paths
 from .surfaces import FIRST, LAST, LINK, POSITION, ROTATION
 from .tree import PRISMATIC, Tree, link_frames
 from .wrapping import CUT, FREE, wrap_over
@@ -30,9 +30,8 @@ X = CURVES.start
 SWEEPS = 100  # over the surfaces of one muscle
 AT_REST = 1e-13  # movement of tangent points between two sweeps [m]
 
-# Rows of `ropes` that one muscle with W wraps needs besides those of its points: two tangent
-# points, contact, contact of the best segment, axes and position of the surface.
-ROWS_OF_A_WRAP = 2 + 4 + 4 + 4
+# Numbers in the kernels' work space: a wrap's contact, frame and arc; a trial, an ellipsoid's.
+WORK_PER_WRAP, WORK = 12 + 12 + 1, 30 + 160
 
 
 class Geometry(NamedTuple):
@@ -144,6 +143,12 @@ def copy_row(source, k, target, j):
 
 
 @kernel
+def is_arc(tag, following):
+    """Whether two neighbours on a rope are the two tangent points of one wrap."""
+    return tag < 0 and tag % 2 == 1 and following == tag - 1
+
+
+@kernel
 def distance(a, b):
     return math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
 
@@ -213,8 +218,8 @@ def lay(
             for k in range(n - 1):
                 if tags[k] >= 0:
                     behind = tags[k]
-                elif tags[k] % 2 == 1 and tags[k + 1] == tags[k] - 1:
-                    continue  # the arc on another surface
+                elif is_arc(tags[k], tags[k + 1]):
+                    continue
                 ahead = k + 1
                 while tags[ahead] < 0:
                     ahead += 1
@@ -252,75 +257,97 @@ def lay(
     return n
 
 
-@kernel(allocates=True)
-def path_geometry(
-    joints, parents, rotations, offsets, base, reference, positions, links, starts, kinds, rules,
-    grids, bins, pieces, wraps, wrap_starts, q, v, l, l_t, r,
+@kernel
+def bent_geometry(
+    joints, parents, R, p, axes, x, positions, links, starts, bent, rules, grids, bins, pieces,
+    wraps, wrap_starts, tags, e, space, q, v, l, l_t, r,
 ):  # fmt: skip
-    """Write l (m,), l' (m,) and r (m, n) at the coordinates `q` and speeds `v`."""
-    n, m = joints.size, starts.size - 1
-    R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
-    link_frames(joints, parents, rotations, offsets, base, reference, q, R, p, axes)
-    x = np.empty((links.size, 3))
-    point_positions(positions, links, base, R, p, x)
+    """The part of `path_geometry` for the muscles `bent`; returns the first without a length."""
     curves = PackedCurves(grids, bins, pieces)
-    points = surfaces = 0
-    for i in range(m):
-        if kinds[i] != STRAIGHT:
-            points = max(points, starts[i + 1] - starts[i])
-            surfaces = max(surfaces, wrap_starts[i + 1] - wrap_starts[i])
-    size = points + 2 * surfaces
-    work, tags = np.empty((1 + size + 10 + 9 * surfaces, 3)), np.empty(size, dtype=np.int64)
-    steps = np.empty((16 if surfaces else 0, 8))
-    e, rope, trial = work[0], work[1 : size + 1], work[size + 1 : size + 11]
-    rest = work[size + 11 :]
-    contacts, frames, arcs = rest[: 4 * surfaces], rest[4 * surfaces :], rest[8 * surfaces :, 0]
+    # Room for the longest rope, and for the most surfaces.
+    points = tags.size
+    surfaces = (space.size - 3 * points - WORK) // WORK_PER_WRAP
+    rope, end = space[: 3 * points].reshape((points, 3)), 3 * points
+    contacts = space[end : end + 12 * surfaces].reshape((4 * surfaces, 3))
+    frames = space[end + 12 * surfaces : end + 24 * surfaces].reshape((4 * surfaces, 3))
+    arcs = space[end + 24 * surfaces : end + 25 * surfaces]
+    end += WORK_PER_WRAP * surfaces
+    trial, work = space[end : end + 30].reshape((10, 3)), space[end + 30 :].reshape((20, 8))
+    for i in bent:
+        l[i], l_t[i] = 0.0, 0.0
+        for j in range(joints.size):
+            r[i, j] = 0.0
+        move_points(positions, links, rules, curves, R, p, q, starts[i], starts[i + 1], x)
+        count = lay(
+            rules, starts, wraps, wrap_starts, i, R, p, x, q, rope, tags, contacts, frames, trial,
+            arcs, work,
+        )  # fmt: skip
+        for k in range(count - 1):
+            a, b = tags[k], tags[k + 1]
+            if is_arc(a, b):
+                l[i] += arcs[(-1 - a) // 2]
+                continue
+            d = distance(rope[k], rope[k + 1])
+            l[i] += d
+            if d == 0.0:
+                continue
+            for row in range(3):
+                e[row] = (rope[k + 1, row] - rope[k, row]) / d
+            for end, tag, sign in ((k + 1, b, -1.0), (k, a, 1.0)):
+                if tag >= 0:
+                    link = links[tag]
+                    add_own_motion(links, rules, curves, R, q, tag, e, sign, r[i])
+                else:
+                    link = int(wraps[wrap_starts[i] + (-1 - tag) // 2, LINK])
+                add_motion(joints, parents, p, axes, link, rope, end, e, sign, r[i])
+        for j in range(joints.size):
+            l_t[i] -= r[i, j] * v[j]
+        if math.isnan(l[i]):
+            return i
+    return -1
+
+
+@kernel
+def path_geometry(
+    joints, parents, rotations, offsets, base, reference, positions, links, starts, bent, rules,
+    grids, bins, pieces, wraps, wrap_starts, tags, space, q, v, l, l_t, r,
+):  # fmt: skip
+    """Write l (m,), l' (m,) and r (m, n) at the coordinates `q` and speeds `v`.
+
+    Returns the first muscle for which no geodesic was found, or -1. `tags` and `space` are for the
+    work.
+    """
+    n, m, points = joints.size, starts.size - 1, links.size
+    R, p = space[: 9 * n].reshape((n, 3, 3)), space[9 * n : 12 * n].reshape((n, 3))
+    axes, end = space[12 * n : 15 * n].reshape((n, 3)), 15 * n
+    x, end = space[end : end + 3 * points].reshape((points, 3)), end + 3 * points
+    e = space[end : end + 3]
+    link_frames(joints, parents, rotations, offsets, base, reference, q, R, p, axes)
+    point_positions(positions, links, base, R, p, x)
     for i in range(m):
         l[i] = 0.0
         r[i] = 0.0
-        if kinds[i] == STRAIGHT:
-            for k in range(starts[i], starts[i + 1] - 1):
-                for row in range(3):
-                    e[row] = x[k + 1, row] - x[k, row]
-                d = math.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
-                l[i] += d
-                if links[k] == links[k + 1] or d == 0.0:
-                    continue
-                for row in range(3):
-                    e[row] /= d
-                # r = -dl/dq: minus the motion of the segment's end, plus that of its start.
-                add_motion(joints, parents, p, axes, links[k + 1], x, k + 1, e, -1.0, r[i])
-                add_motion(joints, parents, p, axes, links[k], x, k, e, 1.0, r[i])
-        else:
-            move_points(positions, links, rules, curves, R, p, q, starts[i], starts[i + 1], x)
-            count = lay(
-                rules, starts, wraps, wrap_starts, i, R, p, x, q, rope, tags, contacts, frames,
-                trial, arcs, steps,
-            )  # fmt: skip
-            for k in range(count - 1):
-                a, b = tags[k], tags[k + 1]
-                if a < 0 and b == a - 1 and a % 2 == 1:
-                    l[i] += arcs[(-1 - a) // 2]
-                    continue
-                d = distance(rope[k], rope[k + 1])
-                l[i] += d
-                if d == 0.0:
-                    continue
-                for row in range(3):
-                    e[row] = (rope[k + 1, row] - rope[k, row]) / d
-                for end, tag, sign in ((k + 1, b, -1.0), (k, a, 1.0)):
-                    if tag >= 0:
-                        link = links[tag]
-                        add_own_motion(links, rules, curves, R, q, tag, e, sign, r[i])
-                    else:
-                        link = int(wraps[wrap_starts[i] + (-1 - tag) // 2, LINK])
-                    add_motion(joints, parents, p, axes, link, rope, end, e, sign, r[i])
+        for k in range(starts[i], starts[i + 1] - 1):
+            for row in range(3):
+                e[row] = x[k + 1, row] - x[k, row]
+            d = math.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
+            l[i] += d
+            if links[k] == links[k + 1] or d == 0.0:
+                continue
+            for row in range(3):
+                e[row] /= d
+            # r = -dl/dq: minus the motion of the segment's end, plus that of its start.
+            add_motion(joints, parents, p, axes, links[k + 1], x, k + 1, e, -1.0, r[i])
+            add_motion(joints, parents, p, axes, links[k], x, k, e, 1.0, r[i])
         l_t[i] = 0.0
         for j in range(n):
             l_t[i] -= r[i, j] * v[j]
-        if not l[i] < math.inf:
-            return i
-    return -1
+    if bent.size == 0:
+        return -1
+    return bent_geometry(
+        joints, parents, R, p, axes, x, positions, links, starts, bent, rules, grids, bins, pieces,
+        wraps, wrap_starts, tags, e, space[end + 3 :], q, v, l, l_t, r,
+    )  # fmt: skip
 
 
 def compile_geometry(tree: Tree, paths: Paths) -> Callable[[np.ndarray, np.ndarray], Geometry]:
@@ -330,18 +357,31 @@ def compile_geometry(tree: Tree, paths: Paths) -> Callable[[np.ndarray, np.ndarr
 
     def geometry(q: np.ndarray, v: np.ndarray) -> Geometry:
         l, l_t, r = np.empty(m), np.empty(m), np.empty((m, n))
-        path_geometry(*tables, q, v, l, l_t, r)
+        failed = path_geometry(*tables, q, v, l, l_t, r)
+        if failed >= 0:
+            raise WrappingError(
+                f"muscle '{paths.names[failed]}': found no way over an ellipsoid at q = "
+                f"{np.array2string(q, precision=4)}; its line passes too near the center"
+            )
         return Geometry(l, l_t, r)
 
     return geometry
 
 
 def path_tables(tree: Tree, paths: Paths) -> tuple[np.ndarray, ...]:
-    """The arrays that `path_geometry` takes before the state."""
+    """The arrays that `path_geometry` takes before the state; the last two are its work space."""
+    bent = paths.bent
+    surfaces = np.diff(paths.wrap_starts)[bent].max(initial=0)
+    points = np.diff(paths.starts)[bent].max(initial=0) + 2 * surfaces
+    size = 15 * len(tree) + 3 * len(paths.links) + 3
     return (
         tree.joints, tree.parents, tree.rotations, tree.offsets, tree.base, tree.reference,
-        paths.positions, paths.links, paths.starts, paths.kinds, paths.rules, *paths.curves,
+        paths.positions, paths.links, paths.starts, bent, paths.rules,
+        # Copies, because numba takes 0.2 us longer over every array that is read-only.
+        *(array.copy() for array in paths.curves),
         paths.wraps, paths.wrap_starts,
+        np.empty(points, dtype=np.int64),
+        np.empty(size + 3 * points + WORK_PER_WRAP * surfaces + WORK),
     )  # fmt: skip
 
 

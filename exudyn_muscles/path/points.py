@@ -20,9 +20,6 @@ NO_RULE = (-1.0, 0.0, 0.0, -1.0, -1.0, -1.0)
 # OpenSim's points, too, are active a little beyond their range.
 BEYOND_RANGE = 1e-5
 
-# How a path is evaluated: `Paths.kinds`.
-STRAIGHT, BENT = range(2)
-
 
 @dataclass(frozen=True)
 class PathPoint:
@@ -196,8 +193,10 @@ class Paths:
         Their links, -1 for ground.
     starts : (m + 1,) int ndarray
         Muscle i owns the points starts[i] to starts[i + 1].
-    kinds : (m,) int ndarray
-        STRAIGHT: fixed points alone; BENT: with all that follows.
+    names : tuple of str
+        Of the muscles.
+    bent : int ndarray
+        Numbers of the muscles for which what follows matters.
     rules : (k, 6) ndarray
         Of every point: the coordinate that it depends on, its range, the curves of x, y, z.
     curves : PackedCurves
@@ -211,7 +210,8 @@ class Paths:
     positions: np.ndarray
     links: np.ndarray
     starts: np.ndarray
-    kinds: np.ndarray
+    names: tuple[str, ...]
+    bent: np.ndarray
     rules: np.ndarray
     curves: PackedCurves
     wraps: np.ndarray
@@ -223,7 +223,8 @@ class Paths:
         m = len(starts) - 1
         return cls(
             positions, links, starts,
-            kinds=np.full(m, STRAIGHT),
+            names=("",) * m,
+            bent=np.zeros(0, dtype=np.int64),
             rules=np.tile(NO_RULE, (len(links), 1)),
             curves=pack([NO_CURVE]),
             wraps=np.empty((0, WRAP_COLUMNS)),
@@ -271,9 +272,8 @@ def collect_paths(
         positions=np.array([_position(point) for point in points]),
         links=np.array([point.link for point in points], dtype=np.int64),
         starts=_starts(counts),
-        kinds=np.array(
-            [STRAIGHT if f and not w else BENT for f, w in zip(fixed, wraps, strict=True)]
-        ),
+        names=muscles.names,
+        bent=np.flatnonzero([not f or len(w) > 0 for f, w in zip(fixed, wraps, strict=True)]),
         rules=np.array(rules),
         curves=pack(list(curves)),
         wraps=np.array([row for rows in wraps for row in rows]).reshape(-1, WRAP_COLUMNS),
