@@ -48,7 +48,8 @@ from .muscle.laws.millard_2012 import Millard2012
 from .muscle.laws.thelen_2003 import Thelen2003
 from .muscle.parameters import Muscle, MuscleSet
 from .muscle.window import Integrator, WindowEnd, integrate_window
-from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint, simm_spline
+from .path.functions import FunctionPath, simm_spline
+from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
 from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere
 from .recruitment.normalizers import MaximumIsometricForce, Normalizer, ReachableMaximum
 from .recruitment.optimization import Reserve, Solver
@@ -78,6 +79,7 @@ __all__ = [
     "Forward",
     "ForwardPlugin",
     "FrozenBodiesWarning",
+    "FunctionPath",
     "HillCurves",
     "IncompleteRunWarning",
     "Integrator",

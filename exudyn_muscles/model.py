@@ -83,7 +83,7 @@ class MusculoskeletalModel:
         self.reserve_columns = reserve_columns(self.coordinates, self.reserves)
         self.geometry = compile_geometry(self.skeleton.tree, self.paths)
         for i, name in enumerate(self.muscles.names):
-            if np.ptp(self.paths.links[self.paths.starts[i] : self.paths.starts[i + 1]]) == 0:
+            if not self.paths.crosses_a_joint(i):
                 warn(
                     f"muscle '{name}' crosses no coordinate: all its path points are on one link",
                     PathWarning,

@@ -153,7 +153,9 @@ class OpenSimPaths:
         )
 
     def surface(self, item, body):
-        given = frame(vector(item.findtext("xyz_body_rotation")), vector(item.findtext("translation")))
+        given = frame(
+            vector(item.findtext("xyz_body_rotation")), vector(item.findtext("translation"))
+        )
         link, H = self.bodies[body]
         H = H @ given
         quadrant = item.findtext("quadrant").strip().lstrip("+")

@@ -28,8 +28,8 @@ from ..path.geometry import Geometry, path_geometry, path_tables
 @kernel
 def unified_step(
     table, grids, bins, pieces, joints, parents, rotations, offsets, base, reference, positions,
-    links, starts, bent, rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, tags, space,
-    q, v, h, start, trial, r, torque,
+    links, starts, bent, rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors,
+    factor_starts, tags, space, q, v, h, start, trial, r, torque,
 ):  # fmt: skip
     """One step of all muscles to the iterate q, q'.
 
@@ -41,8 +41,8 @@ def unified_step(
     l, l_rate = trial[2], trial[3]
     failed = path_geometry(
         joints, parents, rotations, offsets, base, reference, positions, links, starts, bent,
-        rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, tags, space, q, v, l, l_rate,
-        r,
+        rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors, factor_starts,
+        tags, space, q, v, l, l_rate, r,
     )  # fmt: skip
     if failed >= 0:
         return failed

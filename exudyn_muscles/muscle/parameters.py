@@ -21,6 +21,7 @@ from .laws.de_groote_fregly_2016 import DeGrooteFregly2016
 from .laws.law import MuscleLaw
 
 if TYPE_CHECKING:
+    from ..path.functions import FunctionPath
     from ..path.points import MovingPathPoint, PathPoint
     from ..path.surfaces import PathWrap, WrapSurface
 
@@ -99,7 +100,7 @@ class Muscle:
     maximum_pennation_angle : float
         The fibre does not shorten further once it is reached [rad]; acos(0.1) as in OpenSim.
     path : sequence of PathPoint, ConditionalPathPoint or MovingPathPoint
-        From origin to insertion, straight lines between the points.
+        From origin to insertion, straight lines between the points. Or a `FunctionPath`.
     wraps : sequence of PathWrap or of surfaces
         What the lines wrap over; a surface alone is for the whole path.
 
@@ -125,7 +126,7 @@ class Muscle:
     tendon_strain_at_one_norm_force: float | None = None
     ignore_tendon_compliance: bool = False
     maximum_pennation_angle: float = MAXIMUM_PENNATION
-    path: Sequence[PathPoint | MovingPathPoint] = ()
+    path: Sequence[PathPoint | MovingPathPoint] | FunctionPath = ()
     wraps: Sequence[PathWrap | WrapSurface] = ()
 
     def __post_init__(self) -> None:
@@ -141,7 +142,8 @@ class Muscle:
                 f"{self.pennation_angle_at_optimal:g} is outside "
                 f"[0, maximum_pennation_angle = {self.maximum_pennation_angle:g}] rad"
             )
-        object.__setattr__(self, "path", tuple(self.path))
+        if isinstance(self.path, Iterable):
+            object.__setattr__(self, "path", tuple(self.path))
         object.__setattr__(self, "wraps", tuple(self.wraps))
         self._check_law()
 

@@ -21,14 +21,16 @@ from numpy.typing import ArrayLike
 from ..errors import WrappingError
 from ..kernel import kernel
 from ..muscle.curves import PackedCurves, evaluate
-from .points import COORDINATE, CURVES, HIGH, LOW, Paths
-from .surfaces import FIRST, LAST, LINK, POSITION, ROTATION
+from .functions import function_geometry
+from .geodesic import follow_geodesic, steps_over
+from .points import COORDINATE, CURVES, Paths
+from .rope import distance, from_surface, is_arc, lay, surface_frames
+from .surfaces import CYLINDER, FIRST, HALF_LENGTH, LAST, LINK, RADII, SHAPE, WRAP_COLUMNS
 from .tree import PRISMATIC, Tree, link_frames
-from .wrapping import CUT, FREE, wrap_over
 
 X = CURVES.start
-SWEEPS = 100  # over the surfaces of one muscle
-AT_REST = 1e-13  # movement of tangent points between two sweeps [m]
+
+PARTS_OF_AN_ARC = 12  # in pictures
 
 # Numbers in the kernels' work space: a wrap's contact, frame and arc; a trial, an ellipsoid's.
 WORK_PER_WRAP, WORK = 12 + 12 + 1, 30 + 160
@@ -115,152 +117,9 @@ def add_own_motion(links, rules, curves, R, q, k, e, sign, r_i):
 
 
 @kernel
-def to_surface(frames, w, point, local):
-    """A global point in the frame of wrap `w`: three rows of axes and one of position."""
-    f = 4 * w
-    d_x, d_y, d_z = (
-        point[0] - frames[f + 3, 0],
-        point[1] - frames[f + 3, 1],
-        point[2] - frames[f + 3, 2],
-    )
-    for row in range(3):
-        local[row] = frames[f + row, 0] * d_x + frames[f + row, 1] * d_y + frames[f + row, 2] * d_z
-
-
-@kernel
-def from_surface(frames, w, local, point):
-    f = 4 * w
-    for row in range(3):
-        point[row] = frames[f + 3, row] + (
-            frames[f, row] * local[0] + frames[f + 1, row] * local[1] + frames[f + 2, row] * local[2]
-        )
-
-
-@kernel
-def copy_row(source, k, target, j):
-    for column in range(3):
-        target[j, column] = source[k, column]
-
-
-@kernel
-def is_arc(tag, following):
-    """Whether two neighbours on a rope are the two tangent points of one wrap."""
-    return tag < 0 and tag % 2 == 1 and following == tag - 1
-
-
-@kernel
-def distance(a, b):
-    return math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
-
-
-@kernel
-def surface_frames(wraps, first, last, R, p, frames):
-    """Global axes and positions of the surfaces `first` to `last`, four rows each."""
-    for w in range(first, last):
-        link, f = int(wraps[w, LINK]), 4 * (w - first)
-        for axis in range(4):
-            # Columns of the rotation, then the position.
-            for row in range(3):
-                if axis < 3:
-                    frames[f + axis, row] = wraps[w, ROTATION.start + 3 * row + axis]
-                else:
-                    frames[f + axis, row] = wraps[w, POSITION.start + row]
-            if link >= 0:
-                a, b, c = frames[f + axis, 0], frames[f + axis, 1], frames[f + axis, 2]
-                for row in range(3):
-                    value = R[link, row, 0] * a + R[link, row, 1] * b + R[link, row, 2] * c
-                    frames[f + axis, row] = value if axis < 3 else value + p[link, row]
-
-
-@kernel
-def lay(
-    rules, starts, wraps, wrap_starts, i, R, p, x, q, rope, tags, contacts, frames, trial, arcs, work
-):  # fmt: skip
-    """Lay muscle `i` around its surfaces; returns how many points its rope has.
-
-    `rope` (points, 3) gets the active path points and the tangent points, `tags` what they are: the
-    number of a path point, or -1 - 2w and -2 - 2w for the first and second tangent point of the
-    muscle's wrap w. `contacts` (4 W, 3) and `arcs` (W,) belong to the wraps.
-
-    Several surfaces are laid one after the other, each between the tangent points of the others,
-    until none moves. Of the segments that could wrap over a surface it takes the first one that
-    cuts it, otherwise the one that gets least longer, as OpenSim does.
-    """
-    n = 0
-    for k in range(starts[i], starts[i + 1]):
-        j = int(rules[k, COORDINATE])
-        if j >= 0 and not rules[k, LOW] <= q[j] <= rules[k, HIGH]:
-            continue
-        tags[n] = k
-        copy_row(x, k, rope, n)
-        n += 1
-    offset, count = wrap_starts[i], wrap_starts[i + 1] - wrap_starts[i]
-    surface_frames(wraps, offset, offset + count, R, p, frames)
-    P, Q = trial[0], trial[1]
-    for _ in range(SWEEPS):
-        moved = 0.0
-        for w in range(count):
-            first = starts[i] + int(wraps[offset + w, FIRST])
-            last = starts[i] + int(wraps[offset + w, LAST])
-            contact, found = contacts[4 * w : 4 * w + 4], trial[2:6]
-            # Off the surface, and look for a place.
-            had = False
-            for k in range(n):
-                if tags[k] == -1 - 2 * w:
-                    had = True
-                    for later in range(k, n - 2):
-                        tags[later] = tags[later + 2]
-                        copy_row(rope, later + 2, rope, later)
-                    n -= 2
-                    break
-            place, least, arc, behind = -1, math.inf, 0.0, -1
-            shift = 0.0
-            for k in range(n - 1):
-                if tags[k] >= 0:
-                    behind = tags[k]
-                elif is_arc(tags[k], tags[k + 1]):
-                    continue
-                ahead = k + 1
-                while tags[ahead] < 0:
-                    ahead += 1
-                if behind < first or tags[ahead] > last:
-                    continue
-                to_surface(frames, w, rope[k], P)
-                to_surface(frames, w, rope[k + 1], Q)
-                status, length = wrap_over(wraps, offset + w, P, Q, found, work)
-                if status == FREE:
-                    continue
-                longer = distance(P, found[0]) + length + distance(found[1], Q) - distance(P, Q)
-                if status == CUT or longer < least:
-                    place, least, arc = k + 1, longer, length
-                    shift = max(distance(found[0], contact[0]), distance(found[1], contact[1]))
-                    for row in range(4):
-                        copy_row(found, row, trial, 6 + row)
-                if status == CUT:
-                    break
-            if place < 0:
-                moved = math.inf if had else moved
-                continue
-            moved = max(moved, shift) if had else math.inf
-            for row in range(4):
-                copy_row(trial, 6 + row, contact, row)
-            arcs[w] = arc
-            for later in range(n - 1, place - 1, -1):
-                tags[later + 2] = tags[later]
-                copy_row(rope, later, rope, later + 2)
-            n += 2
-            tags[place], tags[place + 1] = -1 - 2 * w, -2 - 2 * w
-            from_surface(frames, w, contact[0], rope[place])
-            from_surface(frames, w, contact[1], rope[place + 1])
-        if moved < AT_REST or count == 1:
-            break
-    return n
-
-
-@kernel
 def bent_geometry(
     joints, parents, R, p, axes, x, positions, links, starts, bent, rules, grids, bins, pieces,
-    wraps, wrap_starts, tags, e, space, q, v, l, l_t, r,
+    wraps, wrap_starts, factors, factor_starts, tags, e, space, q, v, l, l_t, r,
 ):  # fmt: skip
     """The part of `path_geometry` for the muscles `bent`; returns the first without a length."""
     curves = PackedCurves(grids, bins, pieces)
@@ -277,6 +136,10 @@ def bent_geometry(
         l[i], l_t[i] = 0.0, 0.0
         for j in range(joints.size):
             r[i, j] = 0.0
+        if factor_starts[i] < factor_starts[i + 1]:
+            l[i] = function_geometry(
+                factors, curves, factor_starts[i], factor_starts[i + 1], q, r[i]
+            )
         move_points(positions, links, rules, curves, R, p, q, starts[i], starts[i + 1], x)
         count = lay(
             rules, starts, wraps, wrap_starts, i, R, p, x, q, rope, tags, contacts, frames, trial,
@@ -310,7 +173,7 @@ def bent_geometry(
 @kernel
 def path_geometry(
     joints, parents, rotations, offsets, base, reference, positions, links, starts, bent, rules,
-    grids, bins, pieces, wraps, wrap_starts, tags, space, q, v, l, l_t, r,
+    grids, bins, pieces, wraps, wrap_starts, factors, factor_starts, tags, space, q, v, l, l_t, r,
 ):  # fmt: skip
     """Write l (m,), l' (m,) and r (m, n) at the coordinates `q` and speeds `v`.
 
@@ -346,7 +209,7 @@ def path_geometry(
         return -1
     return bent_geometry(
         joints, parents, R, p, axes, x, positions, links, starts, bent, rules, grids, bins, pieces,
-        wraps, wrap_starts, tags, e, space[end + 3 :], q, v, l, l_t, r,
+        wraps, wrap_starts, factors, factor_starts, tags, e, space[end + 3 :], q, v, l, l_t, r,
     )  # fmt: skip
 
 
@@ -379,20 +242,90 @@ def path_tables(tree: Tree, paths: Paths) -> tuple[np.ndarray, ...]:
         paths.positions, paths.links, paths.starts, bent, paths.rules,
         # Copies, because numba takes 0.2 us longer over every array that is read-only.
         *(array.copy() for array in paths.curves),
-        paths.wraps, paths.wrap_starts,
+        paths.wraps, paths.wrap_starts, paths.factors, paths.factor_starts,
         np.empty(points, dtype=np.int64),
         np.empty(size + 3 * points + WORK_PER_WRAP * surfaces + WORK),
     )  # fmt: skip
 
 
 def path_points(tree: Tree, paths: Paths, q: ArrayLike) -> list[np.ndarray]:
-    """Global positions [m] of every muscle's points, (points, 3) each, at coordinates `q` (n,)."""
+    """Global positions [m] of every muscle's points, (points, 3) each, at coordinates `q` (n,).
+
+    Where a muscle wraps there are points along the geodesic; a path that is a function has none.
+    """
+    q = np.asarray(q, dtype=float)
+    R, p, x = _frames(tree, paths, q)
+    found = np.split(x, paths.starts[1:-1])
+    for i in paths.bent:
+        found[i] = _rope(paths, i, R, p, x, q)
+    return found
+
+
+def surfaces_at(tree: Tree, paths: Paths, q: ArrayLike) -> list[tuple[int, np.ndarray, float]]:
+    """Shape, pose (4, 4) with axes as long as the radii, and half length [m] of every surface."""
+    R, p, _ = _frames(tree, paths, np.asarray(q, dtype=float))
+    # Several muscles may wrap over one surface; which of their points do makes no difference.
+    rows = [row.copy() for row in paths.wraps]
+    for row in rows:
+        row[FIRST] = row[LAST] = 0.0
+    found = []
+    for row in np.unique(_wrap_table(rows), axis=0):
+        frames, pose = np.empty((4, 3)), np.eye(4)
+        surface_frames(row[None], 0, 1, R, p, frames)
+        pose[:3, :3], pose[:3, 3] = frames[:3].T * row[RADII], frames[3]
+        found.append((int(row[SHAPE]), pose, float(row[HALF_LENGTH])))
+    return found
+
+
+def _wrap_table(rows: list[np.ndarray]) -> np.ndarray:
+    return np.array(rows).reshape(-1, WRAP_COLUMNS)
+
+
+def _frames(tree: Tree, paths: Paths, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Orientations and positions of the links, and positions of the path points."""
     n = len(tree)
     R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
     x = np.empty((paths.links.size, 3))
     link_frames(
-        tree.joints, tree.parents, tree.rotations, tree.offsets, tree.base, tree.reference,
-        np.asarray(q, dtype=float), R, p, axes,
+        tree.joints, tree.parents, tree.rotations, tree.offsets, tree.base, tree.reference, q, R, p,
+        axes,
     )  # fmt: skip
     point_positions(paths.positions, paths.links, tree.base, R, p, x)
-    return np.split(x, paths.starts[1:-1])
+    return R, p, x
+
+
+def _rope(
+    paths: Paths, i: int, R: np.ndarray, p: np.ndarray, x: np.ndarray, q: np.ndarray
+) -> np.ndarray:
+    """Points along muscle `i`."""
+    offset, surfaces = paths.wrap_starts[i], np.diff(paths.wrap_starts)[i]
+    size = np.diff(paths.starts)[i] + 2 * surfaces
+    rope, tags, arcs = np.empty((size, 3)), np.empty(size, dtype=np.int64), np.empty(surfaces)
+    contacts, frames = np.empty((4 * surfaces, 3)), np.empty((4 * surfaces, 3))
+    move_points(
+        paths.positions, paths.links, paths.rules, paths.curves, R, p, q, paths.starts[i],
+        paths.starts[i + 1], x,
+    )  # fmt: skip
+    count = lay(
+        paths.rules, paths.starts, paths.wraps, paths.wrap_starts, i, R, p, x, q, rope, tags,
+        contacts, frames, np.empty((10, 3)), arcs, np.empty((20, 8)),
+    )  # fmt: skip
+    points = []
+    for k in range(count):
+        points.append(rope[k])
+        if k + 1 < count and is_arc(tags[k], tags[k + 1]):
+            w = (-1 - tags[k]) // 2
+            radii = paths.wraps[offset + w, RADII]
+            inverse_squares = 1.0 / radii**2
+            if paths.wraps[offset + w, SHAPE] == CYLINDER:
+                inverse_squares[2] = 0.0  # an ellipsoid of that length, too
+            y = np.concatenate([contacts[4 * w], contacts[4 * w + 2], [0.0, 0.0]])
+            part = arcs[w] / PARTS_OF_AN_ARC
+            for _ in range(PARTS_OF_AN_ARC - 1):
+                follow_geodesic(
+                    y, inverse_squares, part, steps_over(radii, part), np.empty((13, 8))
+                )
+                point = np.empty(3)
+                from_surface(frames, w, y, point)
+                points.append(point)
+    return np.array(points).reshape(-1, 3)

@@ -11,7 +11,8 @@ import numpy as np
 from ..errors import ParameterError
 from ..muscle.curves import Curve, PackedCurves, pack
 from ..muscle.parameters import Muscle, MuscleSet
-from .surfaces import WRAP_COLUMNS, PathWrap, WrapSurface
+from .functions import FACTOR_COLUMNS, FACTOR_COORDINATE, FunctionPath
+from .surfaces import LINK, WRAP_COLUMNS, PathWrap, WrapSurface
 from .tree import GROUND
 
 # Columns of `Paths.rules`; -1 stands for no coordinate and no curve.
@@ -128,53 +129,6 @@ class MovingPathPoint:
         _check_link(self)
 
 
-def simm_spline(x: Sequence[float], y: Sequence[float]) -> Curve:
-    """OpenSim's `SimmSpline`: the cubic spline through points, and its tangents beyond them.
-
-    Its third derivative at each end is that of the cubic through the four points there.
-
-    Parameters
-    ----------
-    x, y : (k,) sequence of float
-        At least two points; x increases.
-
-    References
-    ----------
-    Forsythe, Malcolm, Moler: Computer Methods for Mathematical Computations (1977), section 4.4.
-
-    Examples
-    --------
-    >>> simm_spline([0, 1, 2, 3], [0, 1, 8, 27])(1.5)  # a cubic is its own spline
-    array(3.375)
-    """
-    x, y = np.array(x, dtype=float), np.array(y, dtype=float)
-    if x.ndim != 1 or x.shape != y.shape or x.size < 2 or not (np.diff(x) > 0.0).all():
-        raise ParameterError(f"a spline needs two points or more with increasing x, got {x}, {y}")
-    n, h = x.size, np.diff(x)
-    slopes = np.diff(y) / h
-    # Second derivatives: smooth inside, third derivatives given at the ends.
-    A, b = np.eye(n), np.zeros(n)
-    for i in range(1, n - 1):
-        A[i, i - 1 : i + 2] = h[i - 1], 2.0 * (h[i - 1] + h[i]), h[i]
-        b[i] = 6.0 * (slopes[i] - slopes[i - 1])
-    if n > 2:
-        A[0, :2] = A[-1, -2:] = -1.0, 1.0
-    if n > 3:
-        second = np.diff(slopes) / (x[2:] - x[:-2])
-        third = 6.0 * np.diff(second) / (x[3:] - x[:-3])
-        b[0], b[-1] = third[0] * h[0], third[-1] * h[-1]
-    bends = np.linalg.solve(A, b)
-
-    def spline(places: np.ndarray) -> np.ndarray:
-        i = np.clip(np.searchsorted(x, places, side="right") - 1, 0, n - 2)
-        t = places - x[i]
-        slope = slopes[i] - h[i] * (2.0 * bends[i] + bends[i + 1]) / 6.0
-        third = (bends[i + 1] - bends[i]) / h[i]
-        return y[i] + t * (slope + t * (0.5 * bends[i] + t * third / 6.0))
-
-    return Curve(spline, x, name="the spline")
-
-
 def _check_link(point: PathPoint | MovingPathPoint) -> None:
     if not isinstance(point.link, (int, np.integer)) or point.link < GROUND:
         raise ParameterError(f"a path point's link is an integer from 0, got {point.link!r}")
@@ -205,6 +159,10 @@ class Paths:
         Surfaces, muscle by muscle; the columns are those of `surfaces`.
     wrap_starts : (m + 1,) int ndarray
         Muscle i owns the wraps wrap_starts[i] to wrap_starts[i + 1].
+    factors : (f, 5) ndarray
+        Of paths that are functions; the columns are those of `functions`.
+    factor_starts : (m + 1,) int ndarray
+        Muscle i owns the factors factor_starts[i] to factor_starts[i + 1].
     """
 
     positions: np.ndarray
@@ -216,6 +174,16 @@ class Paths:
     curves: PackedCurves
     wraps: np.ndarray
     wrap_starts: np.ndarray
+    factors: np.ndarray
+    factor_starts: np.ndarray
+
+    def crosses_a_joint(self, i: int) -> bool:
+        """Whether the length of muscle `i` depends on any coordinate."""
+        points = slice(self.starts[i], self.starts[i + 1])
+        wraps = self.wraps[self.wrap_starts[i] : self.wrap_starts[i + 1], LINK]
+        factors = self.factors[self.factor_starts[i] : self.factor_starts[i + 1]]
+        moves = self.rules[points, CURVES] >= 0.0, factors[:, FACTOR_COORDINATE] >= 0.0
+        return len({*self.links[points], *wraps}) > 1 or any(move.any() for move in moves)
 
     @classmethod
     def straight(cls, positions: np.ndarray, links: np.ndarray, starts: np.ndarray) -> Paths:
@@ -229,6 +197,8 @@ class Paths:
             curves=pack([NO_CURVE]),
             wraps=np.empty((0, WRAP_COLUMNS)),
             wrap_starts=np.zeros(m + 1, dtype=np.int64),
+            factors=np.empty((0, FACTOR_COLUMNS)),
+            factor_starts=np.zeros(m + 1, dtype=np.int64),
         )  # fmt: skip
 
 
@@ -258,31 +228,43 @@ def collect_paths(
     names = tuple(coordinates or (f"q{j}" for j in range(number_of_links)))
     for muscle in muscles:
         _check_path(muscle, number_of_links)
-    points = [point for muscle in muscles for point in muscle.path]
+    listed = [
+        () if isinstance(muscle.path, FunctionPath) else tuple(muscle.path) for muscle in muscles
+    ]
+    points = [point for path in listed for point in path]
     curves: dict[Curve, int] = {NO_CURVE: 0}
     rules = [
         _rule(muscle, number, point, names, curves)
-        for muscle in muscles
-        for number, point in enumerate(muscle.path)
+        for muscle, path in zip(muscles, listed, strict=True)
+        for number, point in enumerate(path)
     ]
-    counts = [len(muscle.path) for muscle in muscles]
-    wraps = [_wrap_rows(muscle) for muscle in muscles]
-    fixed = [all(type(point) is PathPoint for point in muscle.path) for muscle in muscles]
+    wraps = [_wrap_rows(muscle, len(path)) for muscle, path in zip(muscles, listed, strict=True)]
+    factors = [_factor_rows(muscle, names, curves) for muscle in muscles]
+    straight = [
+        len(path) > 0 and not rows and all(type(point) is PathPoint for point in path)
+        for path, rows in zip(listed, wraps, strict=True)
+    ]
     return Paths(
-        positions=np.array([_position(point) for point in points]),
+        positions=_table([_position(point) for point in points], 3),
         links=np.array([point.link for point in points], dtype=np.int64),
-        starts=_starts(counts),
+        starts=_starts(listed),
         names=muscles.names,
-        bent=np.flatnonzero([not f or len(w) > 0 for f, w in zip(fixed, wraps, strict=True)]),
-        rules=np.array(rules),
+        bent=np.flatnonzero(np.logical_not(straight)),
+        rules=_table(rules, RULE_COLUMNS),
         curves=pack(list(curves)),
-        wraps=np.array([row for rows in wraps for row in rows]).reshape(-1, WRAP_COLUMNS),
-        wrap_starts=_starts([len(rows) for rows in wraps]),
+        wraps=_table([row for rows in wraps for row in rows], WRAP_COLUMNS),
+        wrap_starts=_starts(wraps),
+        factors=_table([row for rows in factors for row in rows], FACTOR_COLUMNS),
+        factor_starts=_starts(factors),
     )
 
 
 def _check_path(muscle: Muscle, number_of_links: int) -> None:
     """Raise ParameterError unless there are points, and surfaces, on links of the tree."""
+    if isinstance(muscle.path, FunctionPath):
+        if muscle.wraps:
+            raise ParameterError(f"muscle '{muscle.name}': a FunctionPath cannot wrap")
+        return
     if len(muscle.path) < 2:
         raise ParameterError(
             f"muscle '{muscle.name}': a path needs at least two points, got {len(muscle.path)}"
@@ -356,13 +338,38 @@ def _wraps(muscle: Muscle) -> list[PathWrap]:
     return [PathWrap(wrap) if isinstance(wrap, WrapSurface) else wrap for wrap in muscle.wraps]
 
 
-def _wrap_rows(muscle: Muscle) -> list[np.ndarray]:
+def _wrap_rows(muscle: Muscle, points: int) -> list[np.ndarray]:
     """The rows of a muscle's active wraps."""
     try:
-        return [wrap.row(len(muscle.path)) for wrap in _wraps(muscle) if wrap.surface.active]
+        return [wrap.row(points) for wrap in _wraps(muscle) if wrap.surface.active]
     except ParameterError as error:
         raise ParameterError(f"muscle '{muscle.name}': {error}") from None
 
 
-def _starts(counts: Sequence[int]) -> np.ndarray:
-    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+def _factor_rows(
+    muscle: Muscle, names: tuple[str, ...], curves: dict[Curve, int]
+) -> list[list[float]]:
+    """The rows of a path that is a function; adds its curves to those that have a number."""
+    rows = []
+    path = muscle.path
+    for term, (coefficient, factors) in enumerate(
+        path.terms if isinstance(path, FunctionPath) else ()
+    ):
+        if not factors:
+            rows.append([term, coefficient, -1.0, -1.0, -1.0])
+        for coordinate, factor in factors.items():
+            j = coordinate_number(f"the path of muscle '{muscle.name}'", coordinate, names)
+            if isinstance(factor, Curve):
+                exponent, number = -1, curves.setdefault(factor, len(curves))
+            else:
+                exponent, number = int(factor), -1
+            rows.append([term, coefficient, j, exponent, number])
+    return rows
+
+
+def _table(rows: Sequence, columns: int) -> np.ndarray:
+    return np.array(rows, dtype=float).reshape(-1, columns)
+
+
+def _starts(items: Sequence[Sequence]) -> np.ndarray:
+    return np.concatenate([[0], np.cumsum([len(item) for item in items])]).astype(np.int64)
