@@ -91,7 +91,7 @@ def wrap_over_ellipsoid(radii, axis, side, P, Q, contact, work):
     shape, scaled_P, scaled_Q, frame = work[14, :3], work[14, 3:6], work[15, :3], work[16:19, :3]
     for k in range(3):
         scaled_P[k], scaled_Q[k] = P[k] / radii[k], Q[k] / radii[k]
-    wraps, angle = plane_of_arc(1.0, axis, side, WRONG_SIDE, scaled_P, scaled_Q, contact)
+    wraps, angle, shortest = plane_of_arc(1.0, axis, side, WRONG_SIDE, scaled_P, scaled_Q, contact)
     if not wraps:
         return False, 0.0
     # Axes of the circle of touching points: c towards P, and e continues the guess.
@@ -120,7 +120,16 @@ def wrap_over_ellipsoid(radii, axis, side, P, Q, contact, work):
                 contact[0, k], contact[2, k] = guess[k], guess[3 + k]
             length = great_circle_length(shape, angle, contact)
             found, phi, arc = touch(
-                shape, scaled_P, scaled_Q, p, frame, phi, ratio * length, contact, work
+                shape,
+                scaled_P,
+                scaled_Q,
+                p,
+                frame,
+                angle < math.pi,
+                phi,
+                ratio * length,
+                contact,
+                work,
             )
             if not found:
                 break
@@ -131,15 +140,19 @@ def wrap_over_ellipsoid(radii, axis, side, P, Q, contact, work):
 
 
 @kernel
-def touch(radii, scaled_P, scaled_Q, p, frame, phi, arc, contact, work):
-    """Newton's iteration for phi and the arc; returns whether it found them, and both."""
+def touch(radii, scaled_P, scaled_Q, p, frame, shortest, phi, arc, contact, work):
+    """Newton's iteration for phi and the arc; returns whether it found them, and both.
+
+    A geodesic may also be the longest among its neighbours, a saddle over the large axis of the
+    ellipsoid. Where the `shortest` is wanted the iteration goes downhill and on from there.
+    """
     y, stages, inverse_squares = work[0], work[1:14], work[15, 3:6]
     rho = math.sqrt((p - 1.0) * (p + 1.0)) / p
     for k in range(3):
         inverse_squares[k] = 1.0 / (radii[k] * radii[k])
     c, e, f = frame[0], frame[1], frame[2]
     size = min(radii[0], radii[1], radii[2])
-    steps = steps_over(radii, arc)
+    steps = 1
     for _ in range(ITERATIONS):
         cos, sin = math.cos(phi), math.sin(phi)
         # w from P to the tangent point is the direction there, g its change with phi.
@@ -161,6 +174,7 @@ def touch(radii, scaled_P, scaled_Q, p, frame, phi, arc, contact, work):
         y[6], y[7] = rho * across, across / norm
         for k in range(6):
             contact[k // 3 * 2, k % 3] = y[k]
+        steps = max(steps, steps_over(radii, arc))
         follow_geodesic(y, inverse_squares, arc, steps, stages)
         # The line to Q is to lie along the geodesic's end: nothing of it along n and b.
         d_x, d_y = radii[0] * scaled_Q[0] - y[0], radii[1] * scaled_Q[1] - y[1]
@@ -173,13 +187,18 @@ def touch(radii, scaled_P, scaled_Q, p, frame, phi, arc, contact, work):
         above = d_x * n_x + d_y * n_y + d_z * n_z
         beside = d_x * b_x + d_y * b_y + d_z * b_z
         ahead = d_x * y[3] + d_y * y[4] + d_z * y[5]
+        # The second derivative of the length by phi, but for a factor: the end's Jacobi field.
+        bend = y[6] + y[7] * ahead
+        if abs(above) + abs(beside) < ACCURACY * size and shortest and bend < 0.0:
+            phi += LARGEST_TURN
+            continue
         if abs(above) + abs(beside) < ACCURACY * size:
             for k in range(6):
                 contact[k // 3 * 2 + 1, k % 3] = y[k]
             return ahead > -size * ACCURACY, phi, arc
         turn_v = turning(y[3], y[4], y[5], n_x, n_y, n_z, d_x, d_y, d_z, above, inverse_squares)
         turn_b = turning(b_x, b_y, b_z, n_x, n_y, n_z, d_x, d_y, d_z, above, inverse_squares)
-        d_phi = beside / (y[6] + y[7] * ahead)
+        d_phi = beside / (abs(bend) if shortest else bend)
         d_phi = max(-LARGEST_TURN, min(LARGEST_TURN, d_phi))
         arc_ahead = -(above * norm + (turn_v * slide + turn_b * y[6]) * d_phi) / turn_v
         phi += d_phi

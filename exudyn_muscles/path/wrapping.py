@@ -36,7 +36,7 @@ def wrap_over(wraps, w, P, Q, contact, work):
     if wraps[w, SHAPE] == ELLIPSOID:
         cut, arc = wrap_over_ellipsoid(wraps[w, START:END], axis, side, P, Q, contact, work)
     else:
-        cut, arc = plane_of_arc(radius, axis, side, 0.0, P, Q, contact)
+        cut, arc, _ = plane_of_arc(radius, axis, side, 0.0, P, Q, contact)
         arc *= radius
     return CUT if cut else FREE, arc
 
