@@ -125,7 +125,7 @@ def wrap_over_ellipsoid(radii, axis, side, P, Q, contact, work):
                 scaled_Q,
                 p,
                 frame,
-                angle < math.pi,
+                shortest,
                 phi,
                 ratio * length,
                 contact,

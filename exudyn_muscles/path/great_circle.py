@@ -26,21 +26,18 @@ def plane_of_arc(radius, axis, side, tolerance, P, Q, contact):
     if not 0.0 < along < 1.0 or not cross * cross < radius * radius * square:
         return False, 0.0, True
     angle = math.atan2(cross, P[0] * Q[0] + P[1] * Q[1] + P[2] * Q[2])
-    # How far the line passes the center on the right side, of its distance.
-    shorter = True
+    # How far the line passes the center on the right side.
     passes = side * (P[axis] + along * (Q[axis] - P[axis]))
+    shorter = True
     if cross <= 1e-12 * p * q:
-        # Straight through the center: towards the side, or any fixed way.
-        k = axis if side != 0.0 else 0
-        if side == 0.0 and abs(P[0]) > 0.9 * p:
-            k = 1
-        b_x = (1.0 if k == 0 else 0.0) * (side if side != 0.0 else 1.0)
-        b_y = (1.0 if k == 1 else 0.0) * (side if side != 0.0 else 1.0)
-        b_z = (1.0 if k == 2 else 0.0) * (side if side != 0.0 else 1.0)
-        n_x, n_y, n_z = P[1] * b_z - P[2] * b_y, P[2] * b_x - P[0] * b_z, P[0] * b_y - P[1] * b_x
+        # Straight through the center: towards the side, or any axis across the line.
+        k, sign = axis, side
+        if side == 0.0 or abs(P[axis]) > 0.9 * p:
+            k, sign = (0 if abs(P[0]) < 0.9 * p else 1), 1.0
+        i, j = (k + 1) % 3, (k + 2) % 3
+        contact[0, k], contact[0, i], contact[0, j] = 0.0, sign * P[j], -sign * P[i]
+        n_x, n_y, n_z = contact[0, 0], contact[0, 1], contact[0, 2]
         cross = math.sqrt(n_x * n_x + n_y * n_y + n_z * n_z)
-        if cross <= 1e-12 * p:
-            return False, 0.0, True
     elif passes < -tolerance * cross / math.sqrt(square):
         angle, cross, shorter = 2.0 * math.pi - angle, -cross, False
     n_x, n_y, n_z = n_x / cross, n_y / cross, n_z / cross

@@ -1,5 +1,7 @@
 """Muscles over surfaces: closed forms, an independent integrator, differences, limiting cases."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -203,6 +205,13 @@ def test_through_the_center(kind):
     length = straight_over(SURFACES[kind], *ends)
     assert 0.1 < length < 0.13
     assert straight_over(SURFACES[kind], *ends) == length
+    for side in ("x", "-y", "y"):  # x lies along the line
+        sided = dataclasses.replace(SURFACES[kind], side=side)
+        muscles = Muscles(slider(), muscle([em.PathPoint(x) for x in ends], [sided]))
+        assert 0.1 < muscles.lengths([0.0])[0] < 0.13
+        if side != "x" and kind != "ellipsoid":
+            y = muscles.points([0.0])[0][:, 1]
+            assert (y.max() if side == "y" else -y.min()) == pytest.approx(0.02, rel=0.01)
 
 
 @KINDS
