@@ -95,7 +95,7 @@ def wrap_over_ellipsoid(radii, axis, side, P, Q, contact, work):
     if not wraps:
         return False, 0.0
     # Axes of the circle of touching points: c towards P, and e continues the guess.
-    p = math.sqrt(dot(scaled_P, scaled_P))
+    p = max(1.0, math.sqrt(dot(scaled_P, scaled_P)))
     along = dot(contact[2], scaled_P) / (p * p)
     for k in range(3):
         frame[0, k] = scaled_P[k] / p

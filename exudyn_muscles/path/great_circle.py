@@ -6,6 +6,8 @@ import math
 
 from ..kernel import kernel
 
+INSIDE = 1.0 - 1e-9  # of the radius: a point on the surface is not inside
+
 
 @kernel
 def plane_of_arc(radius, axis, side, tolerance, P, Q, contact):
@@ -16,8 +18,9 @@ def plane_of_arc(radius, axis, side, tolerance, P, Q, contact):
     """
     p = math.sqrt(P[0] * P[0] + P[1] * P[1] + P[2] * P[2])
     q = math.sqrt(Q[0] * Q[0] + Q[1] * Q[1] + Q[2] * Q[2])
-    if p < radius or q < radius:
+    if min(p, q) < INSIDE * radius:
         return False, 0.0, True
+    p, q = max(p, radius), max(q, radius)
     n_x, n_y, n_z = P[1] * Q[2] - P[2] * Q[1], P[2] * Q[0] - P[0] * Q[2], P[0] * Q[1] - P[1] * Q[0]
     cross = math.sqrt(n_x * n_x + n_y * n_y + n_z * n_z)
     d_x, d_y, d_z = Q[0] - P[0], Q[1] - P[1], Q[2] - P[2]

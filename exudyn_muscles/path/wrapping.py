@@ -16,7 +16,7 @@ import math
 
 from ..kernel import kernel
 from .geodesic import wrap_over_ellipsoid
-from .great_circle import plane_of_arc
+from .great_circle import INSIDE, plane_of_arc
 from .surfaces import AXIS, CYLINDER, ELLIPSOID, HALF_LENGTH, RADII, SHAPE, SIDE
 
 # Nothing wraps; it does but could be elsewhere; the straight line cuts the surface.
@@ -45,8 +45,9 @@ def wrap_over(wraps, w, P, Q, contact, work):
 def wrap_over_cylinder(radius, half_length, axis, side, P, Q, contact):
     """A helix, which is straight in the plane into which the cylinder unrolls."""
     p, q = math.hypot(P[0], P[1]), math.hypot(Q[0], Q[1])
-    if p < radius or q < radius:
+    if min(p, q) < INSIDE * radius:
         return FREE, 0.0
+    p, q = max(p, radius), max(q, radius)
     # Seen along the axis: where the line passes the center, and the way around it.
     d_x, d_y = Q[0] - P[0], Q[1] - P[1]
     square = d_x * d_x + d_y * d_y

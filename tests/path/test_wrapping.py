@@ -224,8 +224,11 @@ def test_a_point_inside_lets_go(kind):
 def test_points_on_the_surface(kind):
     radius = 0.02
     size = {"radii": [radius] * 3} if kind == "ellipsoid" else {"radius": radius}
-    length = straight_over(type(SURFACES[kind])(**size), [radius, 0.0, 0.0], [0.0, radius, 0.0])
-    assert length == pytest.approx(0.5 * np.pi * radius, abs=1e-10)
+    surface = type(SURFACES[kind])(**size)
+    for angle in np.linspace(0.0, 1.5, 20):  # rounded in and out
+        P = radius * np.array([np.cos(angle), np.sin(angle), 0.0])
+        Q = radius * np.array([-np.sin(angle), np.cos(angle), 0.0])
+        assert straight_over(surface, P, Q) == pytest.approx(0.5 * np.pi * radius, abs=1e-9)
 
 
 def test_end_of_the_cylinder():
