@@ -27,7 +27,7 @@ WRONG_SIDE = math.sqrt(0.5)
 ITERATIONS = 25
 LARGEST_TURN = 0.3  # of phi in one of them
 PARTS = (1, 4, 16)  # of the way from the sphere to the ellipsoid
-ACCURACY = 1e-13  # of the angle, and of the arc relative to the ellipsoid
+ACCURACY = 1e-13  # with which the end touches the line to Q, relative to their sizes
 STEP = 0.35  # of the integration, in smallest radii of curvature
 
 # Dormand and Prince's method of order 8: Hairer, Norsett, Wanner: Solving ODEs I (1993), II.5.
@@ -120,17 +120,8 @@ def wrap_over_ellipsoid(radii, axis, side, P, Q, contact, work):
                 contact[0, k], contact[2, k] = guess[k], guess[3 + k]
             length = great_circle_length(shape, angle, contact)
             found, phi, arc = touch(
-                shape,
-                scaled_P,
-                scaled_Q,
-                p,
-                frame,
-                shortest,
-                phi,
-                ratio * length,
-                contact,
-                work,
-            )
+                shape, scaled_P, scaled_Q, p, frame, shortest, phi, ratio * length, contact, work
+            )  # fmt: skip
             if not found:
                 break
             ratio = arc / length
@@ -189,10 +180,10 @@ def touch(radii, scaled_P, scaled_Q, p, frame, shortest, phi, arc, contact, work
         ahead = d_x * y[3] + d_y * y[4] + d_z * y[5]
         # The second derivative of the length by phi, but for a factor: the end's Jacobi field.
         bend = y[6] + y[7] * ahead
-        if abs(above) + abs(beside) < ACCURACY * size and shortest and bend < 0.0:
-            phi += LARGEST_TURN
-            continue
-        if abs(above) + abs(beside) < ACCURACY * size:
+        if abs(above) + abs(beside) < ACCURACY * (size + abs(ahead)):
+            if shortest and bend < 0.0:
+                phi += LARGEST_TURN
+                continue
             for k in range(6):
                 contact[k // 3 * 2 + 1, k % 3] = y[k]
             return ahead > -size * ACCURACY, phi, arc

@@ -6,8 +6,8 @@ touches the surface, so that l and r are continuous there. As in OpenSim nothing
 is inside the surface.
 
 A side works as in OpenSim: a muscle whose straight line passes the center on the wrong side goes
-around the long way. Over a cylinder it does so wherever the line is, over a sphere or an ellipsoid
-while the line cuts it.
+around the long way. Over a cylinder it does so wherever the line is, over a sphere while the line
+cuts it, over an ellipsoid while the line cuts it and passes more than 45 deg off the right side.
 """
 
 from __future__ import annotations
