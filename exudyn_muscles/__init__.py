@@ -22,6 +22,7 @@ from .errors import (
     UnmetTorqueError,
     UnmetTorqueWarning,
     WindowError,
+    WrappingError,
 )
 from .methods.cmc import CMC, CMCPlugin, computed_muscle_control
 from .methods.control import RecruitmentSettings
@@ -48,7 +49,9 @@ from .muscle.laws.millard_2012 import Millard2012
 from .muscle.laws.thelen_2003 import Thelen2003
 from .muscle.parameters import Muscle, MuscleSet
 from .muscle.window import Integrator, WindowEnd, integrate_window
-from .path.points import PathPoint
+from .path.functions import FunctionPath, simm_spline
+from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
+from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere
 from .recruitment.normalizers import MaximumIsometricForce, Normalizer, ReachableMaximum
 from .recruitment.optimization import Reserve, Solver
 from .result import Counts, Difference, Excitations, Status, Trajectory
@@ -60,6 +63,7 @@ __all__ = [
     "CMC",
     "ActivationDynamics",
     "CMCPlugin",
+    "ConditionalPathPoint",
     "Cosimulation",
     "CosimulationPlugin",
     "Counts",
@@ -77,6 +81,7 @@ __all__ = [
     "Forward",
     "ForwardPlugin",
     "FrozenBodiesWarning",
+    "FunctionPath",
     "HillCurves",
     "IncompleteRunWarning",
     "Integrator",
@@ -86,6 +91,7 @@ __all__ = [
     "ModelError",
     "Motion",
     "MotionError",
+    "MovingPathPoint",
     "Muscle",
     "MuscleDynamics",
     "MuscleLaw",
@@ -95,6 +101,7 @@ __all__ = [
     "ParameterError",
     "PathPoint",
     "PathWarning",
+    "PathWrap",
     "Predictor",
     "ReachableMaximum",
     "RecruitmentError",
@@ -116,6 +123,10 @@ __all__ = [
     "UnmetTorqueWarning",
     "WindowEnd",
     "WindowError",
+    "WrapCylinder",
+    "WrapEllipsoid",
+    "WrapSphere",
+    "WrappingError",
     "computed_muscle_control",
     "cosimulate",
     "equilibrium",
@@ -124,6 +135,7 @@ __all__ = [
     "muscle_dynamics",
     "plot",
     "read_storage",
+    "simm_spline",
     "static_optimization",
     "storage",
     "tendon_length",

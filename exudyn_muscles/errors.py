@@ -44,6 +44,10 @@ class WindowError(ExudynMusclesError, RuntimeError):
     """The muscle equations could not be integrated over a time step."""
 
 
+class WrappingError(ExudynMusclesError, RuntimeError):
+    """No geodesic was found for a muscle that wraps over an ellipsoid."""
+
+
 class RecruitmentError(ExudynMusclesError, RuntimeError):
     """No solver gave a recruitment whose optimality residuals are acceptable."""
 

@@ -78,12 +78,12 @@ class MusculoskeletalModel:
         reserves = _listed("reserves", reserves, Reserve)
         self.skeleton = Skeleton(mbs, tree, coordinates)
         self.muscles = MuscleSet(muscles)
-        self.paths = collect_paths(self.muscles, len(self.skeleton))
+        self.paths = collect_paths(self.muscles, len(self.skeleton), self.coordinates)
         self.reserves = tuple(reserves)
         self.reserve_columns = reserve_columns(self.coordinates, self.reserves)
         self.geometry = compile_geometry(self.skeleton.tree, self.paths)
         for i, name in enumerate(self.muscles.names):
-            if np.ptp(self.paths.links[self.paths.starts[i] : self.paths.starts[i + 1]]) == 0:
+            if not self.paths.crosses_a_joint(i):
                 warn(
                     f"muscle '{name}' crosses no coordinate: all its path points are on one link",
                     PathWarning,

@@ -23,8 +23,9 @@ from numpy.typing import ArrayLike
 
 from .errors import DisplayError, ParameterError
 from .model import MusculoskeletalModel
-from .path.geometry import path_points
+from .path.geometry import path_points, surfaces_at
 from .path.points import Paths
+from .path.surfaces import CYLINDER
 from .result import Trajectory
 
 RELAXED = (0.13, 0.30, 0.90)  # RGB at a = 0
@@ -32,6 +33,8 @@ ACTIVE = (0.90, 0.10, 0.10)  # RGB at a = 1
 UNKNOWN = (0.62, 0.42, 0.42)  # RGB of a muscle whose activation is not known
 BONE = (0.80, 0.77, 0.70)
 JOINT = (0.45, 0.45, 0.45)
+SURFACE = (0.55, 0.70, 0.75)
+UNLIMITED = 3.0  # half the length that is drawn of an unlimited cylinder, in radii
 # Radii as parts of the model's size.
 MUSCLE_RADIUS = 0.011
 BONE_RADIUS = 0.014
@@ -261,7 +264,7 @@ class _Scene:
         ]
         pairs += [[(origin, link), (centers[link], link)] for link in ends]
         points = [point for pair in pairs for point in pair]
-        self._stick_paths = Paths(
+        self._stick_paths = Paths.straight(
             positions=np.array([position for position, _ in points]),
             links=np.array([link for _, link in points], dtype=np.int64),
             starts=2 * np.arange(len(pairs) + 1),
@@ -287,7 +290,10 @@ class _Scene:
         paths = path_points(self.model.skeleton.tree, self.model.paths, q)
         for points, color in zip(paths, colors, strict=True):
             items += self._rod(points, MUSCLE_RADIUS * self.size, color)
-        return items
+        return items + [
+            self._surface(*surface)
+            for surface in surfaces_at(self.model.skeleton.tree, self.model.paths, q)
+        ]
 
     def _activations(self, time: float) -> np.ndarray:
         one = self._trajectory
@@ -307,6 +313,20 @@ class _Scene:
             if k >= len(sticks) - self._number_of_ends:
                 items.append(self._ball(stick[1], MASS_RADIUS, BONE))
         return items
+
+    @staticmethod
+    def _surface(shape: int, pose: np.ndarray, half_length: float) -> dict:
+        axes, color = pose[:3, :3], [*SURFACE, 1.0]
+        if shape != CYLINDER:
+            unit = graphics.Sphere(color=color, radius=1.0, nTiles=2 * TILES)
+        else:
+            radius = np.linalg.norm(axes[:, 2])
+            height = 2.0 * min(half_length / float(radius), UNLIMITED)
+            unit = graphics.Cylinder(
+                pAxis=[0.0, 0.0, -0.5 * height], vAxis=[0.0, 0.0, height], radius=1.0,
+                color=color, nTiles=2 * TILES,
+            )  # fmt: skip
+        return graphics.Move(unit, pose[:3, 3], axes)
 
     def _ball(self, point: np.ndarray, radius: float, color: tuple[float, ...]) -> dict:
         return graphics.Sphere(

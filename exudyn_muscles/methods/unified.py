@@ -25,10 +25,11 @@ from ..muscle.trapezoidal import step
 from ..path.geometry import Geometry, path_geometry, path_tables
 
 
-@kernel(allocates=True)
+@kernel
 def unified_step(
     table, grids, bins, pieces, joints, parents, rotations, offsets, base, reference, positions,
-    links, starts, q, v, h, start, trial, r, torque,
+    links, starts, bent, rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors,
+    factor_starts, tags, space, q, v, h, start, trial, r, torque,
 ):  # fmt: skip
     """One step of all muscles to the iterate q, q'.
 
@@ -38,10 +39,13 @@ def unified_step(
     # Handed over from Python as a tuple they would take a microsecond more.
     units = Units(table, PackedCurves(grids, bins, pieces))
     l, l_rate = trial[2], trial[3]
-    path_geometry(
-        joints, parents, rotations, offsets, base, reference, positions, links, starts,
-        q, v, l, l_rate, r,
+    failed = path_geometry(
+        joints, parents, rotations, offsets, base, reference, positions, links, starts, bent,
+        rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors, factor_starts,
+        tags, space, q, v, l, l_rate, r,
     )  # fmt: skip
+    if failed >= 0:
+        return failed
     torque[:] = 0.0
     for i in range(l.size):
         converged, a, l_t, F, F_l, F_v = step(
@@ -75,7 +79,9 @@ class UnifiedPlugin(Plugin):
         announce_compilation(unified_step)
         m, n = len(model.muscles), len(model.coordinates)
         units = model.muscles.units
-        self._tables = (units.table, *units.curves, *path_tables(model.skeleton.tree, model.paths))
+        # Copies, because numba takes 0.2 us longer over every array that is read-only.
+        laws = (array.copy() for array in (units.table, *units.curves))
+        self._tables = (*laws, *path_tables(model.skeleton.tree, model.paths))
         # Start and trial of a step, as `unified_step` has them.
         self._start, self._trial = np.empty((5, m)), np.empty((6, m))
         self._arms, self._torque = np.empty((m, n)), np.empty(n)
@@ -131,6 +137,7 @@ class UnifiedPlugin(Plugin):
             self._arms, self._torque,
         )  # fmt: skip
         if failed >= 0:
+            self.model.geometry(skeleton.q, skeleton.v)  # raises if it was that
             raise WindowError(
                 f"muscle '{self.model.muscles.names[failed]}': no step of {self.step:g} s from "
                 f"activation {self.a[failed]:.4g}, tendon length {self.l_t[failed]:.5g} m"

@@ -1,7 +1,12 @@
-"""l, l' and r = -dl/dq of straight paths with via points, in one compiled pass.
+"""l, l' and r = -dl/dq of all muscles' paths in one compiled pass.
 
 For a segment from A to B with unit direction e, dl = e . (dB - dA). A revolute joint with axis z
-through o moves a point x of the links behind it by z x (x - o) dq, a prismatic one by z dq.
+through o moves a point x of the links behind it by z x (x - o) dq, a prismatic one by z dq. A
+moving point has its own velocity on its link besides.
+
+The same holds where a muscle wraps: the tangent points move with the surface's link. That they
+also slide on the surface does not change the length, because a geodesic that the straight parts
+touch is stationary.
 """
 
 from __future__ import annotations
@@ -13,9 +18,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..errors import WrappingError
 from ..kernel import kernel
-from .points import Paths
+from ..muscle.curves import PackedCurves, evaluate
+from .functions import function_geometry
+from .geodesic import follow_geodesic, steps_over
+from .points import COORDINATE, CURVES, Paths
+from .rope import distance, from_surface, is_arc, lay, surface_frames
+from .surfaces import CYLINDER, FIRST, HALF_LENGTH, LAST, LINK, RADII, SHAPE, WRAP_COLUMNS
 from .tree import PRISMATIC, Tree, link_frames
+
+X = CURVES.start
+
+PARTS_OF_AN_ARC = 12  # in pictures
+
+# Numbers in the kernels' work space: a wrap's contact, frame and arc; a trial, an ellipsoid's.
+WORK_PER_WRAP, WORK = 12 + 12 + 1, 30 + 160
 
 
 class Geometry(NamedTuple):
@@ -65,17 +83,110 @@ def add_motion(joints, parents, p, axes, link, x, k, e, sign, r_i):
         j = parents[j]
 
 
-@kernel(allocates=True)
-def path_geometry(
-    joints, parents, rotations, offsets, base, reference, positions, links, starts, q, v, l, l_t, r
+@kernel
+def move_points(positions, links, rules, curves, R, p, q, first, last, x):
+    """Put the moving points among the points `first` to `last` where they are at `q`."""
+    for k in range(first, last):
+        for column in range(3):
+            curve = int(rules[k, X + column])
+            if curve < 0:
+                continue
+            value, _, _ = evaluate(curves, curve, q[int(rules[k, COORDINATE])])
+            shift = value - positions[k, column]
+            for row in range(3):
+                if links[k] < 0:
+                    x[k, row] += shift if row == column else 0.0
+                else:
+                    x[k, row] += R[links[k], row, column] * shift
+
+
+@kernel
+def add_own_motion(links, rules, curves, R, q, k, e, sign, r_i):
+    """Add what a moving point's own velocity on its link contributes, as `add_motion` does."""
+    for column in range(3):
+        curve = int(rules[k, X + column])
+        if curve < 0:
+            continue
+        j, link = int(rules[k, COORDINATE]), links[k]
+        _, slope, _ = evaluate(curves, curve, q[j])
+        along = e[column]
+        if link >= 0:
+            along = e[0] * R[link, 0, column] + e[1] * R[link, 1, column]
+            along += e[2] * R[link, 2, column]
+        r_i[j] += sign * along * slope
+
+
+@kernel
+def bent_geometry(
+    joints, parents, R, p, axes, x, positions, links, starts, bent, rules, grids, bins, pieces,
+    wraps, wrap_starts, factors, factor_starts, tags, e, space, q, v, l, l_t, r,
 ):  # fmt: skip
-    """Write l (m,), l' (m,) and r (m, n) at the coordinates `q` and speeds `v`."""
-    n, m = joints.size, starts.size - 1
-    R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
+    """The part of `path_geometry` for the muscles `bent`; returns the first without a length."""
+    curves = PackedCurves(grids, bins, pieces)
+    # Room for the longest rope, and for the most surfaces.
+    points = tags.size
+    surfaces = (space.size - 3 * points - WORK) // WORK_PER_WRAP
+    rope, end = space[: 3 * points].reshape((points, 3)), 3 * points
+    contacts = space[end : end + 12 * surfaces].reshape((4 * surfaces, 3))
+    frames = space[end + 12 * surfaces : end + 24 * surfaces].reshape((4 * surfaces, 3))
+    arcs = space[end + 24 * surfaces : end + 25 * surfaces]
+    end += WORK_PER_WRAP * surfaces
+    trial, work = space[end : end + 30].reshape((10, 3)), space[end + 30 :].reshape((20, 8))
+    for i in bent:
+        l[i], l_t[i] = 0.0, 0.0
+        for j in range(joints.size):
+            r[i, j] = 0.0
+        if factor_starts[i] < factor_starts[i + 1]:
+            l[i] = function_geometry(
+                factors, curves, factor_starts[i], factor_starts[i + 1], q, r[i]
+            )
+        move_points(positions, links, rules, curves, R, p, q, starts[i], starts[i + 1], x)
+        count = lay(
+            rules, starts, wraps, wrap_starts, i, R, p, x, q, rope, tags, contacts, frames, trial,
+            arcs, work,
+        )  # fmt: skip
+        for k in range(count - 1):
+            a, b = tags[k], tags[k + 1]
+            if is_arc(a, b):
+                l[i] += arcs[(-1 - a) // 2]
+                continue
+            d = distance(rope[k], rope[k + 1])
+            l[i] += d
+            if d == 0.0:
+                continue
+            for row in range(3):
+                e[row] = (rope[k + 1, row] - rope[k, row]) / d
+            for end, tag, sign in ((k + 1, b, -1.0), (k, a, 1.0)):
+                if tag >= 0:
+                    link = links[tag]
+                    add_own_motion(links, rules, curves, R, q, tag, e, sign, r[i])
+                else:
+                    link = int(wraps[wrap_starts[i] + (-1 - tag) // 2, LINK])
+                add_motion(joints, parents, p, axes, link, rope, end, e, sign, r[i])
+        for j in range(joints.size):
+            l_t[i] -= r[i, j] * v[j]
+        if math.isnan(l[i]):
+            return i
+    return -1
+
+
+@kernel
+def path_geometry(
+    joints, parents, rotations, offsets, base, reference, positions, links, starts, bent, rules,
+    grids, bins, pieces, wraps, wrap_starts, factors, factor_starts, tags, space, q, v, l, l_t, r,
+):  # fmt: skip
+    """Write l (m,), l' (m,) and r (m, n) at the coordinates `q` and speeds `v`.
+
+    Returns the first muscle for which no geodesic was found, or -1. `tags` and `space` are for the
+    work.
+    """
+    n, m, points = joints.size, starts.size - 1, links.size
+    R, p = space[: 9 * n].reshape((n, 3, 3)), space[9 * n : 12 * n].reshape((n, 3))
+    axes, end = space[12 * n : 15 * n].reshape((n, 3)), 15 * n
+    x, end = space[end : end + 3 * points].reshape((points, 3)), end + 3 * points
+    e = space[end : end + 3]
     link_frames(joints, parents, rotations, offsets, base, reference, q, R, p, axes)
-    x = np.empty((links.size, 3))
     point_positions(positions, links, base, R, p, x)
-    e = np.empty(3)
     for i in range(m):
         l[i] = 0.0
         r[i] = 0.0
@@ -94,6 +205,12 @@ def path_geometry(
         l_t[i] = 0.0
         for j in range(n):
             l_t[i] -= r[i, j] * v[j]
+    if bent.size == 0:
+        return -1
+    return bent_geometry(
+        joints, parents, R, p, axes, x, positions, links, starts, bent, rules, grids, bins, pieces,
+        wraps, wrap_starts, factors, factor_starts, tags, e, space[end + 3 :], q, v, l, l_t, r,
+    )  # fmt: skip
 
 
 def compile_geometry(tree: Tree, paths: Paths) -> Callable[[np.ndarray, np.ndarray], Geometry]:
@@ -103,28 +220,112 @@ def compile_geometry(tree: Tree, paths: Paths) -> Callable[[np.ndarray, np.ndarr
 
     def geometry(q: np.ndarray, v: np.ndarray) -> Geometry:
         l, l_t, r = np.empty(m), np.empty(m), np.empty((m, n))
-        path_geometry(*tables, q, v, l, l_t, r)
+        failed = path_geometry(*tables, q, v, l, l_t, r)
+        if failed >= 0:
+            raise WrappingError(
+                f"muscle '{paths.names[failed]}': found no way over an ellipsoid at q = "
+                f"{np.array2string(q, precision=4)}; its line passes too near the center"
+            )
         return Geometry(l, l_t, r)
 
     return geometry
 
 
 def path_tables(tree: Tree, paths: Paths) -> tuple[np.ndarray, ...]:
-    """The arrays that `path_geometry` takes before the state."""
+    """The arrays that `path_geometry` takes before the state; the last two are its work space."""
+    bent = paths.bent
+    surfaces = np.diff(paths.wrap_starts)[bent].max(initial=0)
+    points = np.diff(paths.starts)[bent].max(initial=0) + 2 * surfaces
+    size = 15 * len(tree) + 3 * len(paths.links) + 3
     return (
         tree.joints, tree.parents, tree.rotations, tree.offsets, tree.base, tree.reference,
-        paths.positions, paths.links, paths.starts,
+        paths.positions, paths.links, paths.starts, bent, paths.rules,
+        # Copies, because numba takes 0.2 us longer over every array that is read-only.
+        *(array.copy() for array in paths.curves),
+        paths.wraps, paths.wrap_starts, paths.factors, paths.factor_starts,
+        np.empty(points, dtype=np.int64),
+        np.empty(size + 3 * points + WORK_PER_WRAP * surfaces + WORK),
     )  # fmt: skip
 
 
 def path_points(tree: Tree, paths: Paths, q: ArrayLike) -> list[np.ndarray]:
-    """Global positions [m] of every muscle's points, (points, 3) each, at coordinates `q` (n,)."""
+    """Global positions [m] of every muscle's points, (points, 3) each, at coordinates `q` (n,).
+
+    Where a muscle wraps there are points along the geodesic; a path that is a function has none.
+    """
+    q = np.asarray(q, dtype=float)
+    R, p, x = _frames(tree, paths, q)
+    found = np.split(x, paths.starts[1:-1])
+    for i in paths.bent:
+        found[i] = _rope(paths, i, R, p, x, q)
+    return found
+
+
+def surfaces_at(tree: Tree, paths: Paths, q: ArrayLike) -> list[tuple[int, np.ndarray, float]]:
+    """Shape, pose (4, 4) with axes as long as the radii, and half length [m] of every surface."""
+    R, p, _ = _frames(tree, paths, np.asarray(q, dtype=float))
+    # Several muscles may wrap over one surface; which of their points do makes no difference.
+    rows = [row.copy() for row in paths.wraps]
+    for row in rows:
+        row[FIRST] = row[LAST] = 0.0
+    found = []
+    for row in np.unique(_wrap_table(rows), axis=0):
+        frames, pose = np.empty((4, 3)), np.eye(4)
+        surface_frames(row[None], 0, 1, R, p, frames)
+        pose[:3, :3], pose[:3, 3] = frames[:3].T * row[RADII], frames[3]
+        found.append((int(row[SHAPE]), pose, float(row[HALF_LENGTH])))
+    return found
+
+
+def _wrap_table(rows: list[np.ndarray]) -> np.ndarray:
+    return np.array(rows).reshape(-1, WRAP_COLUMNS)
+
+
+def _frames(tree: Tree, paths: Paths, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Orientations and positions of the links, and positions of the path points."""
     n = len(tree)
     R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
     x = np.empty((paths.links.size, 3))
     link_frames(
-        tree.joints, tree.parents, tree.rotations, tree.offsets, tree.base, tree.reference,
-        np.asarray(q, dtype=float), R, p, axes,
+        tree.joints, tree.parents, tree.rotations, tree.offsets, tree.base, tree.reference, q, R, p,
+        axes,
     )  # fmt: skip
     point_positions(paths.positions, paths.links, tree.base, R, p, x)
-    return np.split(x, paths.starts[1:-1])
+    return R, p, x
+
+
+def _rope(
+    paths: Paths, i: int, R: np.ndarray, p: np.ndarray, x: np.ndarray, q: np.ndarray
+) -> np.ndarray:
+    """Points along muscle `i`."""
+    offset, surfaces = paths.wrap_starts[i], np.diff(paths.wrap_starts)[i]
+    size = np.diff(paths.starts)[i] + 2 * surfaces
+    rope, tags, arcs = np.empty((size, 3)), np.empty(size, dtype=np.int64), np.empty(surfaces)
+    contacts, frames = np.empty((4 * surfaces, 3)), np.empty((4 * surfaces, 3))
+    move_points(
+        paths.positions, paths.links, paths.rules, paths.curves, R, p, q, paths.starts[i],
+        paths.starts[i + 1], x,
+    )  # fmt: skip
+    count = lay(
+        paths.rules, paths.starts, paths.wraps, paths.wrap_starts, i, R, p, x, q, rope, tags,
+        contacts, frames, np.empty((10, 3)), arcs, np.empty((20, 8)),
+    )  # fmt: skip
+    points = []
+    for k in range(count):
+        points.append(rope[k])
+        if k + 1 < count and is_arc(tags[k], tags[k + 1]):
+            w = (-1 - tags[k]) // 2
+            radii = paths.wraps[offset + w, RADII]
+            inverse_squares = 1.0 / radii**2
+            if paths.wraps[offset + w, SHAPE] == CYLINDER:
+                inverse_squares[2] = 0.0  # an ellipsoid of that length, too
+            y = np.concatenate([contacts[4 * w], contacts[4 * w + 2], [0.0, 0.0]])
+            part = arcs[w] / PARTS_OF_AN_ARC
+            for _ in range(PARTS_OF_AN_ARC - 1):
+                follow_geodesic(
+                    y, inverse_squares, part, steps_over(radii, part), np.empty((13, 8))
+                )
+                point = np.empty(3)
+                from_surface(frames, w, y, point)
+                points.append(point)
+    return np.array(points).reshape(-1, 3)

@@ -1,0 +1,146 @@
+"""Functions of coordinates: splines for points that move, and paths given by their length."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..kernel import kernel
+from ..muscle.curves import Curve, evaluate
+
+# Columns of `Paths.factors`: number and coefficient of the term; coordinate, -1 for none; exponent
+# or curve, -1 for the other.
+TERM, COEFFICIENT, FACTOR_COORDINATE, EXPONENT, CURVE, FACTOR_COLUMNS = range(6)
+
+
+@dataclass(frozen=True)
+class FunctionPath:
+    """A path whose length is a sum of products, each factor a function of one coordinate.
+
+    Parameters
+    ----------
+    terms : sequence of (float, mapping)
+        Coefficient, and an exponent from 0 or a `Curve` for each coordinate by its name or number.
+
+    Examples
+    --------
+    l = 0.3 - 0.02 q_1 + 0.01 q_0 q_1^2 [m]:
+
+    >>> path = FunctionPath([(0.3, {}), (-0.02, {1: 1}), (0.01, {0: 1, 1: 2})])
+    """
+
+    terms: Sequence[tuple[float, Mapping[str | int, int | Curve]]]
+
+    def __post_init__(self) -> None:
+        terms = []
+        for term in self.terms:
+            try:
+                coefficient, factors = term
+                coefficient, factors = float(coefficient), dict(factors)
+            except (TypeError, ValueError):
+                coefficient, factors = math.nan, {}
+            if not math.isfinite(coefficient):
+                raise ParameterError(
+                    f"a path's term is a finite number and a mapping of coordinates, got {term!r}"
+                )
+            for factor in factors.values():
+                whole = isinstance(factor, (int, np.integer)) and factor >= 0
+                if not whole and not isinstance(factor, Curve):
+                    raise ParameterError(
+                        f"a path's factor is an exponent from 0 or a Curve, got {factor!r}"
+                    )
+            terms.append((coefficient, factors))
+        if not terms:
+            raise ParameterError("a path needs at least one term, got none")
+        object.__setattr__(self, "terms", tuple(terms))
+
+
+def simm_spline(x: Sequence[float], y: Sequence[float]) -> Curve:
+    """OpenSim's `SimmSpline`: the cubic spline through points, and its tangents beyond them.
+
+    Its third derivative at each end is that of the cubic through the four points there.
+
+    Parameters
+    ----------
+    x, y : (k,) sequence of float
+        At least two points; x increases.
+
+    References
+    ----------
+    Forsythe, Malcolm, Moler: Computer Methods for Mathematical Computations (1977), section 4.4.
+
+    Examples
+    --------
+    >>> simm_spline([0, 1, 2, 3], [0, 1, 8, 27])(1.5)  # a cubic is its own spline
+    array(3.375)
+    """
+    knots, values = np.array(x, dtype=float), np.array(y, dtype=float)
+    n, h = knots.size, np.diff(knots)
+    if knots.ndim != 1 or knots.shape != values.shape or n < 2 or not (h > 0.0).all():
+        raise ParameterError(f"a spline needs two points or more with increasing x, got {x}, {y}")
+    slopes = np.diff(values) / h
+    # Second derivatives: smooth inside, third derivatives given at the ends.
+    A, b = np.eye(n), np.zeros(n)
+    for i in range(1, n - 1):
+        A[i, i - 1 : i + 2] = h[i - 1], 2.0 * (h[i - 1] + h[i]), h[i]
+        b[i] = 6.0 * (slopes[i] - slopes[i - 1])
+    if n > 2:
+        A[0, :2] = A[-1, -2:] = -1.0, 1.0
+    if n > 3:
+        second = np.diff(slopes) / (knots[2:] - knots[:-2])
+        third = 6.0 * np.diff(second) / (knots[3:] - knots[:-3])
+        b[0], b[-1] = third[0] * h[0], third[-1] * h[-1]
+    bends = np.linalg.solve(A, b)
+
+    def spline(places: np.ndarray) -> np.ndarray:
+        i = np.clip(np.searchsorted(knots, places, side="right") - 1, 0, n - 2)
+        t = places - knots[i]
+        slope = slopes[i] - h[i] * (2.0 * bends[i] + bends[i + 1]) / 6.0
+        third = (bends[i + 1] - bends[i]) / h[i]
+        return values[i] + t * (slope + t * (0.5 * bends[i] + t * third / 6.0))
+
+    return Curve(spline, list(knots), name="the spline")
+
+
+@kernel(inline=True)
+def factor_at(factors, curves, k, q):
+    """Value and slope of the factor in row `k`."""
+    j = int(factors[k, FACTOR_COORDINATE])
+    if j < 0:
+        return 1.0, 0.0
+    if factors[k, CURVE] >= 0.0:
+        value, slope, _ = evaluate(curves, int(factors[k, CURVE]), q[j])
+        return value, slope
+    exponent = int(factors[k, EXPONENT])
+    if exponent == 0:
+        return 1.0, 0.0
+    power = q[j] ** (exponent - 1)
+    return power * q[j], exponent * power
+
+
+@kernel
+def function_geometry(factors, curves, first, last, q, r_i):
+    """The length from the rows `first` to `last`; its negative slopes are added to `r_i`."""
+    length = 0.0
+    k = first
+    while k < last:
+        end = k
+        value = factors[k, COEFFICIENT]
+        while end < last and factors[end, TERM] == factors[k, TERM]:
+            one, _ = factor_at(factors, curves, end, q)
+            value *= one
+            end += 1
+        length += value
+        for a in range(k, end):
+            change = factors[k, COEFFICIENT]
+            for b in range(k, end):
+                one, slope = factor_at(factors, curves, b, q)
+                change *= slope if a == b else one
+            if factors[a, FACTOR_COORDINATE] >= 0.0:
+                r_i[int(factors[a, FACTOR_COORDINATE])] -= change
+        k = end
+    return length
