@@ -104,12 +104,12 @@ def test_ordinary_states_are_taut_and_within_the_box():
 @EITHER_KIND
 @pytest.mark.parametrize("number", [0, 130, 260, 390])
 def test_stored_references_are_what_the_oracle_gives(kind, number):
-    muscles, states, ends = load(kind)
+    muscles, states, stored = load(kind)
     muscle = list(muscles)[number]
     again = hill.window(muscle, *states[:, number])
     F0 = muscle.max_isometric_force
-    assert again == pytest.approx(tuple(ends[:, number]), abs=1e-9, rel=1e-9)
-    assert again[2] == pytest.approx(ends[2, number], abs=1e-9 * F0)
+    assert again == pytest.approx(tuple(stored[:, number]), abs=1e-9, rel=1e-9)
+    assert again[2] == pytest.approx(stored[2, number], abs=1e-9 * F0)
 
 
 @EITHER_KIND
@@ -156,7 +156,7 @@ def test_same_bits_twice_and_muscle_by_muscle(integrator):
 
 
 def test_steps_are_returned():
-    for integrator, fewest, order in (
+    for integrator, fewest, expected in (
         (em.Integrator.TRAPEZOIDAL, 13, 2.0),  # none is longer than a twentieth of 15 ms
         (em.Integrator.ROSENBROCK, 5, 4.0),
     ):
@@ -165,7 +165,7 @@ def test_steps_are_returned():
         assert (fine.steps >= rough.steps).all()
         many = rough.steps > 2.0 * np.median(rough.steps)
         growth = np.median(fine.steps[many] / rough.steps[many])
-        assert growth == pytest.approx(100.0 ** (1.0 / order), rel=0.15)
+        assert growth == pytest.approx(100.0 ** (1.0 / expected), rel=0.15)
 
 
 @EITHER_INTEGRATOR
@@ -287,9 +287,8 @@ PHASES = {
 }
 
 
-@cache
 def scene(law, name):
-    """(muscle, state, end)."""
+    """(muscle, state)."""
     above, stretch, a, u, *speeds = SCENES[name]
     muscle = dataclasses.replace(MUSCLE, law=law, tendon_slack_length=0.1)
     strain = muscle.tendon_strain if law.tendon_strain_at_one_norm_force else 0.05
@@ -297,7 +296,14 @@ def scene(law, name):
     v_0, v, v_1 = muscle.optimal_fiber_length * np.array(speeds)
     l_0 = l_t + hill.shortest(muscle) + above * muscle.optimal_fiber_length
     state = a, l_t, u, l_0, v_0, l_0 + hill.WINDOW * (v_0 + 4.0 * v + v_1) / 6.0, v_1
-    return muscle, state, hill.window(muscle, *state)
+    return muscle, state
+
+
+@cache
+def reference(law, name):
+    """(a, l_t, F) at the end of a scene."""
+    muscle, state = scene(law, name)
+    return hill.window(muscle, *state)
 
 
 # A damped fibre of Millard's law comes to its shortest length without end: nothing pulls it there.
@@ -316,7 +322,8 @@ COMES_TO_REST = {
 @pytest.mark.parametrize("law", COMES_TO_REST.values(), ids=COMES_TO_REST)
 @pytest.mark.parametrize("name", SCENES)
 def test_stop(name, law, integrator):
-    muscle, state, (_, l_t1, F_1) = scene(law, name)
+    muscle, state = scene(law, name)
+    _, l_t1, F_1 = reference(law, name)
     p_min = hill.shortest(muscle)
     rests = []
     for _, _, l_t, l in trail(muscle, state, integrator):
@@ -340,7 +347,8 @@ def check_end(muscle, state, integrator, tolerance, window, l_t1, F_1):
 @EITHER_INTEGRATOR
 @EVERY_LAW
 def test_a_fibre_at_rest_takes_few_steps(law, integrator):
-    muscle, state, (_, l_t1, F_1) = scene(law, "rests throughout")
+    muscle, state = scene(law, "rests throughout")
+    _, l_t1, F_1 = reference(law, "rests throughout")
     for tolerance in (1e-4, 1e-6):
         end = list(trail(muscle, state, integrator, tolerance))
         assert len(end) < 20
@@ -350,17 +358,29 @@ def test_a_fibre_at_rest_takes_few_steps(law, integrator):
 
 @EITHER_INTEGRATOR
 def test_slack_is_taken_up_by_a_damped_fibre(integrator):
-    muscle, state, (_, l_t1, F_1) = scene(em.Millard2012(), "slack taken up")
+    muscle, state = scene(em.Millard2012(), "slack taken up")
+    _, l_t1, F_1 = reference(em.Millard2012(), "slack taken up")
     for tolerance in (1e-4, 1e-6):
         check_end(muscle, state, integrator, tolerance, hill.WINDOW, l_t1, F_1)
+
+
+def test_a_damped_fibre_leaves_its_stop():
+    """Where the tendon is slack nothing holds the fibre there, either."""
+    muscle, state = scene(em.Millard2012(), "starts at rest and leaves")
+    mesh = np.empty(MAX_STEPS)
+    _, _, l_t1, F_1, _ = at_steps(muscle, state, em.Integrator.TRAPEZOIDAL, mesh, 0, 1e-6)
+    assert 0.1 * muscle.max_isometric_force < F_1
+    for tolerance, most in ((1e-4, 40), (1e-6, 120)):
+        n, *_ = at_steps(muscle, state, em.Integrator.ROSENBROCK, mesh, 0, tolerance)
+        assert 0 < n < most
+        check_end(muscle, state, em.Integrator.ROSENBROCK, tolerance, hill.WINDOW, l_t1, F_1)
 
 
 # -- beyond the box -------------------------------------------------------------------------------
 
 EXTREMES = {
-    "short tendon": {"tendon_slack_length": 0.01},
+    "short tendon": {"tendon_slack_length": 0.01, "pennation_angle_at_optimal": 0.0},
     "long tendon": {"tendon_slack_length": 1.0},
-    "no pennation": {"pennation_angle_at_optimal": 0.0},
     "most pennate": {"pennation_angle_at_optimal": 1.4},
     "at its maximum pennation": {"pennation_angle_at_optimal": 0.6, "maximum_pennation_angle": 0.6},
     "quick activation": {"activation_time_constant": 1e-3, "deactivation_time_constant": 2e-3},
@@ -442,18 +462,21 @@ def test_sensitivity_against_differences_on_a_frozen_mesh(kind, integrator, tole
             continue  # the time constant changes at u = a
         error = sensitivity_error(list(muscles)[k], (a, l_t, u, *course), integrator, tolerance)
         errors.append(error)
-    assert np.quantile(errors, 0.99) < most
-    assert max(errors) < worst
+    assert np.mean(np.isnan(errors)) < 0.02
+    assert np.nanquantile(errors, 0.99) < most
+    assert np.nanmax(errors) < worst
 
 
 def sensitivity_error(muscle, state, integrator, tolerance, delta=1e-5):
-    """Of dF/du, over its size and a tenth of F0."""
+    """Of dF/du, over its size and a tenth of F0; NaN where the mesh does not serve as far as that,
+    since another step comes to the stop."""
     a, l_t, u, *course = state
     mesh = np.empty(MAX_STEPS)
     n, *_, F_u = at_steps(muscle, state, integrator, mesh, 0, tolerance)
 
     def end(u):
-        return at_steps(muscle, (a, l_t, u, *course), integrator, mesh, n, tolerance)[3]
+        used, *_, F, _ = at_steps(muscle, (a, l_t, u, *course), integrator, mesh, n, tolerance)
+        return F if used == n else np.nan
 
     exact = difference(end, u, delta)
     return abs(F_u - exact) / (abs(exact) + 0.1 * muscle.max_isometric_force)
@@ -492,7 +515,7 @@ def test_force_increases_with_excitation(integrator):
         u=st.floats(0.01, 0.99),
         more=st.floats(0.01, 1.0),
     )
-    @hypothesis.settings(max_examples=60)
+    @hypothesis.settings(max_examples=40)
     def check(seed, law, u, more):
         muscle, a, l_t, _, *course = hill.draw(np.random.default_rng(seed), law)
         higher = min(u + more, 1.0)
