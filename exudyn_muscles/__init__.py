@@ -2,7 +2,7 @@
 
 from importlib.metadata import version
 
-from . import plot, view
+from . import plot, storage, view
 from .errors import (
     DisplayError,
     ExudynMusclesError,
@@ -18,6 +18,7 @@ from .errors import (
     SimulationError,
     StabilityWarning,
     StartWarning,
+    StorageError,
     UnmetTorqueError,
     UnmetTorqueWarning,
     WindowError,
@@ -35,7 +36,7 @@ from .methods.cosimulation import (
 from .methods.forward import Forward, ForwardPlugin, forward_dynamics
 from .methods.static import Static, static_optimization
 from .model import MusculoskeletalModel
-from .motion import Motion
+from .motion import LowPass, Motion
 from .muscle.activation import ActivationDynamics
 from .muscle.dynamics import MuscleDynamics, muscle_dynamics, tendon_length
 from .muscle.equilibrium import Equilibrium, equilibrium
@@ -50,6 +51,7 @@ from .path.points import PathPoint
 from .recruitment.normalizers import MaximumIsometricForce, Normalizer, ReachableMaximum
 from .recruitment.optimization import Reserve, Solver
 from .result import Counts, Difference, Excitations, Status, Trajectory
+from .storage import Storage, read_storage
 
 __version__ = version("exudyn_muscles")
 
@@ -76,6 +78,7 @@ __all__ = [
     "HillCurves",
     "IncompleteRunWarning",
     "Integrator",
+    "LowPass",
     "MaximumIsometricForce",
     "Millard2012",
     "ModelError",
@@ -103,6 +106,8 @@ __all__ = [
     "StartWarning",
     "Static",
     "Status",
+    "Storage",
+    "StorageError",
     "Thelen2003",
     "Trajectory",
     "UnmetTorqueError",
@@ -116,7 +121,9 @@ __all__ = [
     "integrate_window",
     "muscle_dynamics",
     "plot",
+    "read_storage",
     "static_optimization",
+    "storage",
     "tendon_length",
     "view",
 ]

@@ -92,6 +92,11 @@ def _run(arguments: argparse.Namespace) -> int:
     if out is not None:
         path = out / f"{arguments.model.stem}_{method}"
         _save(trajectory, path.with_suffix(".npz"))
+        if arguments.sto:
+            from .storage import write_results
+
+            for file in write_results(trajectory, path, model.reserves):
+                print(f"wrote {file}")
         from . import plot
 
         draw: list[Callable] = [plot.forces, plot.activations, plot.excitations]
@@ -353,9 +358,11 @@ def _method(
 
 
 def _refuse_foreign_options(arguments: argparse.Namespace) -> None:
-    """An option that the method would ignore is a mistake."""
+    """An option that would be ignored is a mistake."""
     from .errors import ParameterError
 
+    if arguments.sto and arguments.out is None:
+        raise ParameterError("--sto needs --out DIR, the folder for its files")
     for option, methods in (
         ("kp", ("cmc", "csf", "css")),
         ("kv", ("cmc", "csf", "css")),
@@ -669,6 +676,12 @@ def _parser() -> argparse.ArgumentParser:
         required=True,
         choices=METHODS,
         help="static optimization, computed muscle control, full or simplified co-simulation",
+    )
+    run.add_argument(
+        "--sto",
+        action="store_true",
+        help="write states, controls, kinematics (in degrees), forces and tracking errors as "
+        "OpenSim's .sto files too, beside the .npz",
     )
     run.add_argument(
         "--step",

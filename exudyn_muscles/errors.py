@@ -36,6 +36,10 @@ class ResultFileError(ExudynMusclesError, ValueError):
     """A stored result is damaged or was written by an unknown version."""
 
 
+class StorageError(ExudynMusclesError, ValueError):
+    """A storage file (`.sto`, `.mot`) is damaged, or a storage lacks what is asked of it."""
+
+
 class WindowError(ExudynMusclesError, RuntimeError):
     """The muscle equations could not be integrated over a time step."""
 

@@ -6,20 +6,34 @@ Coordinates are Exudyn's, in rad and m, in the order of the tree.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from enum import Enum
+from pathlib import Path
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 from scipy.interpolate import BPoly, BSpline, make_interp_spline
 
-from .errors import MotionError
+from .errors import MotionError, StorageError
+from .storage import read_storage
 
 DEGREE = 5  # quintic: the accelerations are smooth
+
+# OpenSim's CMC pads a motion at both ends and filters it with so many samples to either side.
+OPENSIM_PADDING, OPENSIM_ORDER = 60, 50
+
+
+class LowPass(Enum):
+    """Low-pass filters without phase."""
+
+    BUTTERWORTH = "fourth order: a second-order one forwards and backwards"
+    OPENSIM = "that of OpenSim's CMC: a windowed sinc 101 samples wide, whatever the cut-off"
 
 
 class Motion:
     """A desired motion of n coordinates over a time span.
 
-    Build one with `from_waypoints`, `from_samples` or `from_arrays`.
+    Build one with `from_waypoints`, `from_samples`, `from_file` or `from_arrays`.
 
     Attributes
     ----------
@@ -106,19 +120,27 @@ class Motion:
 
     @classmethod
     def from_samples(
-        cls, times: ArrayLike, coordinates: ArrayLike, *, cutoff: float | None = None
+        cls,
+        times: ArrayLike,
+        coordinates: ArrayLike,
+        *,
+        cutoff: float | None = None,
+        low_pass: LowPass = LowPass.BUTTERWORTH,
     ) -> Motion:
         """The quintic spline through recorded samples, optionally low-pass filtered.
 
         Parameters
         ----------
         times : (k,) array_like
-            Increasing [s], k >= 6; equally spaced if a filter is asked for.
+            Increasing [s], k >= 6; equally spaced to a tenth if a filter is asked for, which takes
+            the spline's values at exactly equal times.
         coordinates : (k, n) or (k,) array_like
             Samples [rad or m].
         cutoff : float, optional
-            Cut-off frequency [Hz] of a zero-phase fourth-order Butterworth low-pass (a second-order
-            one forwards and backwards).
+            Cut-off frequency [Hz] of the filter; not filtered if left out.
+        low_pass : LowPass
+            The filter. The default continues the record by point reflection for three periods of
+            the cut-off; OpenSim's by 60 samples, and so does its spline.
 
         Raises
         ------
@@ -127,29 +149,55 @@ class Motion:
             record is shorter than one period of it.
         """
         t, q = _checked(times, coordinates, DEGREE + 1)
-        if cutoff is not None:
-            from scipy.signal import butter, sosfiltfilt  # a third of a second to import
+        if cutoff is None:
+            return cls(t, make_interp_spline(t, q, k=DEGREE))
+        span = t[[0, -1]]
+        t, q = _low_passed(*_equally_spaced(t, q), cutoff, low_pass)
+        return cls(span, make_interp_spline(t, q, k=DEGREE))
 
-            steps = np.diff(t)
-            if np.ptp(steps) > 1e-6 * steps.mean():
+    @classmethod
+    def from_file(
+        cls,
+        file: str | Path,
+        coordinates: Sequence[str],
+        units: Sequence[str],
+        *,
+        cutoff: float | None = None,
+        low_pass: LowPass = LowPass.BUTTERWORTH,
+    ) -> Motion:
+        """The quintic spline through the samples in a storage file (`.sto`, `.mot`).
+
+        Parameters
+        ----------
+        file : str or Path
+            As `read_storage` reads it.
+        coordinates : (n,) sequence of str
+            Their names; other columns do not matter.
+        units : (n,) sequence of str
+            rad or m, as a model's `skeleton.units`: degrees are converted.
+        cutoff, low_pass
+            As `from_samples`.
+
+        Raises
+        ------
+        StorageError
+            The file is damaged or lacks a coordinate; tells which columns there are.
+        MotionError
+            As `from_samples`; names the file.
+        FileNotFoundError
+        """
+        storage = read_storage(file)
+        try:
+            samples = storage.coordinates(coordinates, units)
+            unknown = np.argwhere(~np.isfinite(samples))
+            if unknown.size:
+                k, j = unknown[0]
                 raise MotionError(
-                    f"filtering needs equally spaced times, the steps run from {steps.min():g} to "
-                    f"{steps.max():g} s"
+                    f"coordinate '{coordinates[j]}' is {samples[k, j]} at t = {storage.time[k]:g} s"
                 )
-            limit = 0.5 / steps.mean()
-            if not 0.0 < cutoff < limit:
-                raise MotionError(f"cutoff = {cutoff!r} Hz is outside (0, {limit:g}) Hz")
-            if (t[-1] - t[0]) * cutoff < 1.0:
-                raise MotionError(
-                    f"filtering at {cutoff:g} Hz needs a record of at least one period, "
-                    f"{1.0 / cutoff:g} s; this one has {t[-1] - t[0]:g} s"
-                )
-            # The record is continued by point reflection at its ends, long enough for the filter to
-            # forget that this begins somewhere: 1e-7 of a ramp is left after three periods.
-            padding = min(round(3.0 / (cutoff * steps.mean())), t.size - 1)
-            low_pass = butter(2, cutoff / limit, output="sos")
-            q = sosfiltfilt(low_pass, q, axis=0, padlen=padding)
-        return cls(t, make_interp_spline(t, q, k=DEGREE))
+            return cls.from_samples(storage.time, samples, cutoff=cutoff, low_pass=low_pass)
+        except (StorageError, MotionError) as error:
+            raise type(error)(f"{file}: {error}") from error
 
     @classmethod
     def from_arrays(
@@ -177,6 +225,57 @@ class Motion:
                 "the same shape"
             )
         return cls(t, BPoly.from_derivatives(t, np.stack([q, v, a], axis=1)))
+
+
+def _equally_spaced(t: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same span with equal steps; those of files are rounded."""
+    steps = np.diff(t)
+    spread, mean = np.ptp(steps), steps.mean()
+    if spread > 0.1 * mean:
+        raise MotionError(
+            f"filtering needs equally spaced times, the steps run from {steps.min():g} to "
+            f"{steps.max():g} s"
+        )
+    if spread <= 1e-6 * mean:
+        return t, q
+    even = np.linspace(t[0], t[-1], t.size)
+    return even, make_interp_spline(t, q, k=DEGREE)(even)
+
+
+def _low_passed(
+    t: np.ndarray, q: np.ndarray, cutoff: float, low_pass: LowPass
+) -> tuple[np.ndarray, np.ndarray]:
+    """Filtered samples, beyond the record's ends where the filter has them."""
+    step = (t[-1] - t[0]) / (t.size - 1)
+    limit = 0.5 / step
+    if not 0.0 < cutoff < limit:
+        raise MotionError(f"cutoff = {cutoff!r} Hz is outside (0, {limit:g}) Hz")
+    if (t[-1] - t[0]) * cutoff < 1.0:
+        raise MotionError(
+            f"filtering at {cutoff:g} Hz needs a record of at least one period, "
+            f"{1.0 / cutoff:g} s; this one has {t[-1] - t[0]:g} s"
+        )
+    if low_pass is LowPass.OPENSIM:
+        k = np.arange(-OPENSIM_ORDER, OPENSIM_ORDER + 1)
+        hamming = 0.54 + 0.46 * np.cos(np.pi * k / OPENSIM_ORDER)
+        weights = np.sinc(2.0 * cutoff * step * k) * hamming
+        q = _continued(q, OPENSIM_PADDING)
+        around = sliding_window_view(_continued(q, OPENSIM_ORDER), k.size, axis=0)
+        return _continued(t, OPENSIM_PADDING), around @ (weights / weights.sum())
+    if low_pass is not LowPass.BUTTERWORTH:
+        raise MotionError(f"low_pass = {low_pass!r} is not a LowPass")
+    from scipy.signal import butter, sosfiltfilt  # a third of a second to import
+
+    # The record is continued by point reflection at its ends, long enough for the filter to
+    # forget that this begins somewhere: 1e-7 of a ramp is left after three periods.
+    padding = min(round(3.0 / (cutoff * step)), t.size - 1)
+    return t, sosfiltfilt(butter(2, cutoff / limit, output="sos"), q, axis=0, padlen=padding)
+
+
+def _continued(x: np.ndarray, samples: int) -> np.ndarray:
+    """Rows continued at both ends by point reflection."""
+    width = [(samples, samples), *[(0, 0)] * (x.ndim - 1)]
+    return np.pad(x, width, mode="reflect", reflect_type="odd")
 
 
 def _checked(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import platform
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cache
@@ -16,14 +16,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from .errors import ParameterError, ResultFileError
+from .errors import ParameterError, ResultFileError, StorageError
 from .muscle.dynamics import fiber_lengths, tendon_forces
+from .storage import read_storage, reserve_labels
 
 if TYPE_CHECKING:
     import pandas
 
     from .model import MusculoskeletalModel
     from .motion import Motion
+    from .recruitment.optimization import Reserve
 
 PACKAGES = ("exudyn_muscles", "exudyn", "numpy", "scipy", "numba", "qpsolvers", "daqp", "osqp")
 FORMAT = "exudyn_muscles.Trajectory"
@@ -106,6 +108,42 @@ class Excitations:
             raise ParameterError("excitations: time must increase")
         for name, value in (("time", t), ("values", u), ("reserves", r)):
             object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_file(
+        cls, file: str | Path, muscles: Sequence[str], reserves: Sequence[Reserve] = ()
+    ) -> Excitations:
+        """Excitations from a file of controls as OpenSim's CMC writes it, and this package too.
+
+        A row holds the controls of the window that ends there; those of the first do not matter.
+
+        Parameters
+        ----------
+        file : str or Path
+            As `read_storage` reads it.
+        muscles : sequence of str
+            Names of the m muscles; other columns do not matter.
+        reserves : sequence of Reserve
+            Those of the model, whose optimal forces the controls are multiplied with; their columns
+            are called `<coordinate>_reserve`, the next on the same one `<coordinate>_reserve_2`.
+
+        Raises
+        ------
+        StorageError
+            The file is damaged, lacks a column, or has only one row.
+        ParameterError
+            An excitation is not finite.
+        FileNotFoundError
+        """
+        storage = read_storage(file)
+        names = reserve_labels([reserve.coordinate for reserve in reserves])
+        try:
+            u, torques = storage.controls(muscles)[1:], storage.controls(names)
+            if len(u) == 0:
+                raise StorageError("controls need at least two rows, the ends of a window")
+            return cls(storage.time, u, torques * [reserve.optimal_force for reserve in reserves])
+        except (StorageError, ParameterError) as error:
+            raise type(error)(f"{file}: {error}") from error
 
     def window(self, t: float) -> int:
         """Number of the window that contains `t`; the last or first one outside."""

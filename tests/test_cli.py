@@ -93,6 +93,19 @@ def test_run_writes_nothing_without_a_folder(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
+def test_run_writes_the_files_of_opensim(tmp_path, capsys):
+    arguments = ["run", str(PENDULUM), "--method", "csf", "--out", str(tmp_path), "--sto"]
+    assert cli.main(arguments) == 0
+    printed = capsys.readouterr().out
+    stored = em.Trajectory.load(tmp_path / "pendulum_csf.npz")
+    endings = {"states", "controls", "Kinematics_q", "Actuation_force", "pErr"}
+    files = {tmp_path / f"pendulum_csf_{ending}.sto" for ending in endings}
+    assert set(tmp_path.glob("*.sto")) == files
+    assert all(f"wrote {file}\n" in printed for file in files)
+    q = em.read_storage(tmp_path / "pendulum_csf_Kinematics_q.sto").coordinates(["theta"], ["rad"])
+    np.testing.assert_allclose(q, stored.coordinates, rtol=1e-15)
+
+
 @pytest.mark.parametrize(
     ("method", "options", "settings"),
     [
@@ -115,6 +128,7 @@ def test_run_options_are_the_settings(method, options, settings, tmp_path):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
+        (["--method", "csf", "--sto"], ["--sto needs --out DIR"]),
         (["--method", "csf", "--step", "0"], ["step"]),
         (["--method", "csf", "--step", "nan"], ["step"]),
         (["--method", "cmc", "--kp", "-1"], ["kp"]),

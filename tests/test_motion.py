@@ -1,4 +1,4 @@
-"""Motions: the pendulum's of the paper, smoothness, filtering, interpolation, bad input."""
+"""Motions: the pendulum's of the paper, smoothness, filtering, interpolation, files, bad input."""
 
 import numpy as np
 import pytest
@@ -8,6 +8,7 @@ from exudyn_muscles.motion import check_motion
 from models import pendulum
 
 from .differences import difference
+from .opensim import REFERENCE, needs_opensim_files
 
 TIMES = np.linspace(0.0, 1.0, 11)
 ROWS = np.arange(11)
@@ -162,6 +163,108 @@ def test_filter_of_a_short_record():
         em.Motion.from_samples(RECORD[:33], short[:33], cutoff=6.0)
 
 
+@pytest.mark.parametrize("low_pass", em.LowPass)
+def test_filter_of_rounded_times(low_pass):
+    """The times of a file have so many digits; a tenth of a step would be a gap."""
+    exact = np.arange(121) / 120.0
+    record = np.sin(4.0 * exact) + 0.1 * np.sin(150.0 * exact)
+    ours, expected = (
+        em.Motion.from_samples(times, record, cutoff=6.0, low_pass=low_pass)
+        for times in (exact.round(8), exact)
+    )
+    times = np.linspace(0.0, 1.0, 50)
+    np.testing.assert_allclose(ours(times)[0], expected(times)[0], atol=1e-6)
+    assert (ours.start, ours.end) == (0.0, 1.0)
+
+
+def test_opensim_filter_keeps_lines_and_removes_tremor():
+    options = {"cutoff": 6.0, "low_pass": em.LowPass.OPENSIM}
+    line = em.Motion.from_samples(RECORD, 1.0 + 2.0 * RECORD, **options)
+    q, v, a = line(RECORD)
+    np.testing.assert_allclose(q[:, 0], 1.0 + 2.0 * RECORD, atol=1e-13)
+    np.testing.assert_allclose(v, 2.0, atol=1e-11)
+    np.testing.assert_allclose(a, 0.0, atol=1e-8)
+    inner = slice(100, 301)
+    fast = em.Motion.from_samples(RECORD, sine(50.0), **options)(RECORD)[0][inner, 0]
+    assert abs(fast).max() < 2e-3
+    slow = em.Motion.from_samples(RECORD, sine(1.0), **options)(RECORD)[0][inner, 0]
+    np.testing.assert_allclose(slow, sine(1.0)[inner], atol=2e-2)
+
+
+def test_opensim_filter_is_a_windowed_sinc_of_101_samples():
+    """An impulse gives the weights, whose sum is 1."""
+    impulse = np.where(np.arange(401) == 200, 1.0, 0.0)
+    motion = em.Motion.from_samples(RECORD, impulse, cutoff=6.0, low_pass=em.LowPass.OPENSIM)
+    weights = motion(RECORD)[0][:, 0]
+    k = np.arange(-200, 201)
+    expected = np.where(
+        abs(k) <= 50, np.sinc(2.0 * 6.0 / RATE * k) * (0.54 + 0.46 * np.cos(np.pi * k / 50.0)), 0.0
+    )
+    np.testing.assert_allclose(weights, expected / expected.sum(), atol=1e-15)
+
+
+# -- files ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def file(tmp_path):
+    """Degrees, meters, a column too many, an unusual order."""
+    angles, path = np.degrees(SAMPLES[:, 0]), tmp_path / "arm.mot"
+    values = np.column_stack([SAMPLES[:, 1], 0.0 * TIMES, angles])
+    labels = ["tx", "unused", "/jointset/elbow/flexion/value"]
+    em.Storage("arm", labels, TIMES, values, in_degrees=True).write(path)
+    return path
+
+
+def test_a_file_is_its_samples(file):
+    motion = em.Motion.from_file(file, ["flexion", "tx"], ["rad", "m"])
+    expected = em.Motion.from_samples(TIMES, SAMPLES)
+    for ours, theirs in zip(motion(TIMES), expected(TIMES), strict=True):
+        np.testing.assert_allclose(ours, theirs, atol=1e-12)
+
+
+def test_a_file_can_be_filtered(file):
+    options = {"cutoff": 2.0, "low_pass": em.LowPass.OPENSIM}
+    motion = em.Motion.from_file(file, ["flexion", "tx"], ["rad", "m"], **options)
+    expected = em.Motion.from_samples(TIMES, SAMPLES, **options)
+    np.testing.assert_allclose(motion(TIMES)[0], expected(TIMES)[0], atol=1e-14)
+
+
+def test_files_that_cannot_be_a_motion(file, tmp_path):
+    with pytest.raises(em.StorageError, match=r"arm\.mot: .*'hip'; the columns are tx, unused, /j"):
+        em.Motion.from_file(file, ["flexion", "hip"], ["rad", "rad"])
+    with pytest.raises(em.MotionError, match=r"arm\.mot: cutoff = 9\.0 Hz is outside \(0, 5\)"):
+        em.Motion.from_file(file, ["tx"], ["m"], cutoff=9.0)
+    values = np.where(ROWS == 3, np.nan, SAMPLES[:, 0])[:, None]
+    em.Storage("gap", ["tx"], TIMES, values).write(tmp_path / "gap.sto")
+    with pytest.raises(em.MotionError, match=r"gap\.sto: coordinate 'tx' is nan at t = 0\.3 s"):
+        em.Motion.from_file(tmp_path / "gap.sto", ["tx"], ["m"])
+    with pytest.raises(FileNotFoundError):
+        em.Motion.from_file(tmp_path / "none.sto", ["tx"], ["m"])
+
+
+@needs_opensim_files
+def test_filter_of_opensim():
+    """Values and second derivatives that OpenSim 4.6 makes of a file of SIMM: pad(60),
+    lowpassFIR(50, 6), GCVSplineSet(5)."""
+    motion = em.Motion.from_file(
+        REFERENCE.parent / "cmc" / "arm26" / "arm26_InverseKinematics.mot",
+        ["r_shoulder_elev", "r_elbow_flex"],
+        ["rad", "rad"],
+        cutoff=6.0,
+        low_pass=em.LowPass.OPENSIM,
+    )
+    q, _, a = map(np.degrees, motion([0.0, 0.25, 1.0]))
+    np.testing.assert_allclose(
+        q,
+        [[-3.65711720e-01, 8.99320910e-01], [-3.54016382e-02, 1.32467031e01],
+         [-2.35666000e-02, 9.01076213e01]],
+        atol=1e-7,
+    )  # fmt: skip
+    np.testing.assert_allclose(a[1], [-1.63354853, 331.440783], atol=1e-4)
+    np.testing.assert_allclose(a[[0, 2]], 0.0, atol=1e-4)
+
+
 # -- arrays ---------------------------------------------------------------------------------------
 
 
@@ -265,6 +368,11 @@ def test_end_conditions_that_do_not_fit(name, bad):
 def test_bad_cutoff(cutoff):
     with pytest.raises(em.MotionError, match=r"cutoff = .* Hz is outside \(0, 100\) Hz"):
         em.Motion.from_samples(RECORD, sine(1.0), cutoff=cutoff)
+
+
+def test_a_filter_that_is_none():
+    with pytest.raises(em.MotionError, match="low_pass = 'opensim' is not a LowPass"):
+        em.Motion.from_samples(RECORD, sine(1.0), cutoff=6.0, low_pass="opensim")
 
 
 def test_filtering_a_record_with_gaps():

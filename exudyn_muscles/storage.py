@@ -1,0 +1,428 @@
+"""OpenSim's storage files (`.sto`, `.mot`): tables over time, read and written.
+
+Whether angles in a file are degrees is said once, in its header; what else is in it stays in SI
+units. Only who knows which coordinates are angles can convert them: `Storage.coordinates`.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from .errors import StorageError
+
+if TYPE_CHECKING:
+    from .recruitment.optimization import Reserve
+    from .result import Trajectory
+
+END = "endheader"
+# The header's keys that mean something here, with their older names.
+KEYS = {
+    "name": "name",
+    "version": "version",
+    "indegrees": "inDegrees",
+    "datatype": "DataType",
+    "nrows": "nRows",
+    "nr": "nRows",
+    "datarows": "nRows",
+}
+TRUTH = {"yes": True, "y": True, "no": False, "n": False}
+ANGLES = re.compile(r"angles are in (degrees|radians)", re.IGNORECASE)
+
+# Labels of OpenSim 3 and, after any joint or set that they belong to, of OpenSim 4.
+VALUE = ("{}", "/{}/value")
+CONTROL = ("{}", "{}.excitation", "/{}")
+
+
+@dataclass(frozen=True, eq=False)
+class Storage:
+    """A table of c columns over k times, as in a storage file.
+
+    Attributes
+    ----------
+    name : str
+        The file's first line.
+    labels : tuple of str
+        Of the columns, without that of the time.
+    time : (k,) ndarray
+        Increasing [s].
+    values : (k, c) ndarray
+        NaN where nothing is known.
+    in_degrees : bool
+        Angles are in degrees, else in radians.
+
+    Raises
+    ------
+    StorageError
+        Shapes that do not fit, times that do not increase, or a name or label that no file can
+        hold; names it.
+    """
+
+    name: str
+    labels: tuple[str, ...]
+    time: np.ndarray
+    values: np.ndarray
+    in_degrees: bool = False
+
+    def __post_init__(self) -> None:
+        what, labels = f"storage '{self.name}'", tuple(self.labels)
+        try:
+            t, x = np.array(self.time, dtype=float), np.array(self.values, dtype=float)
+        except (TypeError, ValueError) as error:
+            raise StorageError(f"{what}: time and values must be numbers: {error}") from error
+        if t.ndim != 1 or x.shape != (t.size, len(labels)) or t.size == 0:
+            raise StorageError(
+                f"{what}: time {t.shape}, values {x.shape} and {len(labels)} labels do not fit: "
+                "expected (k,), (k, c) and c, with k >= 1"
+            )
+        if self.name != " ".join(self.name.split()) or (self.name and not _is_name(self.name)):
+            raise StorageError(f"{what}: this name would not be read as one")
+        for label in labels:
+            if label.split() != [label]:
+                raise StorageError(f"{what}: label {label!r} is empty or has blanks in it")
+        if not (np.isfinite(t).all() and (np.diff(t) > 0.0).all()):
+            raise StorageError(f"{what}: time must be finite and increase")
+        for field, value in (("labels", labels), ("time", t), ("values", x)):
+            object.__setattr__(self, field, value)
+        t.setflags(write=False)
+        x.setflags(write=False)
+
+    def coordinates(self, names: Sequence[str], units: Sequence[str]) -> np.ndarray:
+        """Coordinates (k, n) [rad or m], whatever the file has.
+
+        Parameters
+        ----------
+        names : (n,) sequence of str
+            Columns are found by these (`elbow`) or by OpenSim 4's state paths
+            (`/jointset/<joint>/elbow/value`); others do not matter.
+        units : (n,) sequence of str
+            rad or m: only angles are converted.
+
+        Raises
+        ------
+        StorageError
+            A coordinate has no column, or two of them; tells which columns there are.
+        """
+        if len(units) != len(names) or not set(units) <= {"rad", "m"}:
+            raise StorageError(
+                f"units must be rad or m for each of {len(names)} coordinates, got {units!r}"
+            )
+        columns = self._columns("coordinate", names, VALUE)
+        if self.in_degrees:
+            rotates = np.array([unit == "rad" for unit in units], dtype=bool)
+            columns[:, rotates] = np.radians(columns[:, rotates])
+        return columns
+
+    def controls(self, names: Sequence[str]) -> np.ndarray:
+        """Controls (k, m) of the muscles or other actuators `names`.
+
+        Columns are called `<name>`, `<name>.excitation` or `/forceset/<name>`.
+
+        Raises
+        ------
+        StorageError
+            An actuator has no column, or two of them; tells which columns there are.
+        """
+        return self._columns("actuator", names, CONTROL)
+
+    def _columns(self, noun: str, names: Sequence[str], spellings: Sequence[str]) -> np.ndarray:
+        """The columns of these names as a new array."""
+        columns = []
+        for name in names:
+            wanted = [spelling.format(name) for spelling in spellings]
+            found = [
+                k
+                for k, label in enumerate(self.labels)
+                if label in wanted or f"/{label}".endswith(wanted[-1])
+            ]
+            if not found:
+                raise StorageError(
+                    f"there is no column for {noun} '{name}'; the columns are "
+                    f"{', '.join(self.labels)}"
+                )
+            if len(found) > 1:
+                same = ", ".join(self.labels[k] for k in found)
+                raise StorageError(f"more than one column for {noun} '{name}': {same}")
+            columns += found
+        return self.values[:, columns]
+
+    def write(self, file: str | Path) -> None:
+        """Write a file that every OpenSim since 2 reads; `read_storage` gives back every bit."""
+        lines = [
+            self.name,
+            "version=1",
+            f"nRows={len(self.time)}",
+            f"nColumns={1 + len(self.labels)}",
+            f"inDegrees={'yes' if self.in_degrees else 'no'}",
+            END,
+            "\t".join(["time", *self.labels]),
+        ]
+        table = np.column_stack([self.time, self.values]).tolist()
+        lines += ["\t".join(map(repr, row)) for row in table]
+        Path(file).write_text("\n".join([*lines, ""]), encoding="utf-8", newline="\n")
+
+
+def read_storage(file: str | Path) -> Storage:
+    """Read a storage file of OpenSim 2 to 4, or a motion file of SIMM with a column of times.
+
+    Angles are in degrees if `inDegrees` or a sentence of the header says so, or in a `.mot` file
+    without a version, as those of SIMM. Of rows with one time the last counts. Both are as in
+    OpenSim.
+
+    Parameters
+    ----------
+    file : str or Path
+
+    Returns
+    -------
+    Storage
+
+    Raises
+    ------
+    StorageError
+        The file is not one, or is damaged; names the line and what is wrong with it.
+    FileNotFoundError
+    """
+    text = Path(file).read_text(encoding="utf-8-sig", errors="replace")
+    lines = text.split("\n")
+    name, header, first = _header(file, lines)
+    filled = [k for k in range(first, len(lines)) if lines[k].strip()]
+    if len(filled) < 2:
+        raise StorageError(f"{file}: there are no rows after '{END}' in line {first}")
+
+    head, *rows = filled
+    here = f"{file}, line {head + 1}"
+    time, *labels = lines[head].split()
+    if time.lower() != "time":
+        raise StorageError(f"{here}: the first column must be 'time', it is '{time}'")
+    stated = header.get("nRows")
+    if stated is not None and stated.number(file) != len(rows):
+        raise StorageError(
+            f"{file}, line {stated.line}: nRows={stated.value}, but there are {len(rows)} rows"
+        )
+
+    table = np.empty((len(rows), 1 + len(labels)))
+    last = -math.inf
+    for row, k in zip(table, rows, strict=True):
+        here = f"{file}, line {k + 1}"
+        row[:] = _numbers(here, lines[k].split(), [time, *labels])
+        if not last <= row[0] < math.inf:
+            raise StorageError(f"{here}: time must increase, {row[0]} s follows {last} s")
+        last = row[0]
+    table = table[np.append(np.diff(table[:, 0]) > 0.0, True)]
+    degrees = _in_degrees(file, lines[:first], header)
+    return Storage(name, tuple(labels), table[:, 0], table[:, 1:], degrees)
+
+
+# The header.
+
+
+class Entry(NamedTuple):
+    """A key's value and its line in the file."""
+
+    value: str
+    line: int
+
+    def number(self, file: str | Path) -> int:
+        """The value as a whole number."""
+        if not re.fullmatch(r"\d+", self.value):
+            raise StorageError(
+                f"{file}, line {self.line}: expected a whole number, got '{self.value}'"
+            )
+        return int(self.value)
+
+
+def _header(file: str | Path, lines: list[str]) -> tuple[str, dict[str, Entry], int]:
+    """Name, what the known keys say, and the index of the first line after the header."""
+    name: str | None = None
+    entries: dict[str, Entry] = {}
+    for k, line in enumerate(lines):
+        text = " ".join(line.split())
+        key = _key(text)
+        if key == END:
+            break
+        if key in KEYS:
+            value = re.split("[ =]+", text, maxsplit=1)[1:]
+            entries.setdefault(KEYS[key], Entry(value[0] if value else "", k + 1))
+        if text and name is None:
+            name = text if _is_name(text) else ""
+    else:
+        raise StorageError(f"{file}: no line '{END}', so this is not a storage file")
+    kind = entries.get("DataType")
+    if kind is not None and kind.value.lower() != "double":
+        raise StorageError(
+            f"{file}, line {kind.line}: DataType={kind.value}, only double can be read"
+        )
+    return entries["name"].value if "name" in entries else name or "", entries, k + 1
+
+
+def _key(text: str) -> str:
+    return re.split("[ =]", text, maxsplit=1)[0].lower()
+
+
+def _is_name(text: str) -> bool:
+    """A header's first line is the name unless it says something else."""
+    return not ("=" in text or text.startswith("#") or _key(text) in {*KEYS, END})
+
+
+def _in_degrees(file: str | Path, header: list[str], entries: dict[str, Entry]) -> bool:
+    if "inDegrees" in entries:
+        value, number = entries["inDegrees"]
+        if value.lower() not in TRUTH:
+            raise StorageError(f"{file}, line {number}: inDegrees={value}, expected yes or no")
+        return TRUTH[value.lower()]
+    for line in header:
+        sentence = ANGLES.search(line)
+        if sentence:
+            return sentence[1].lower() == "degrees"
+    old = "version" not in entries or entries["version"].number(file) == 0
+    return old and Path(file).suffix.lower() == ".mot"
+
+
+# The table.
+
+
+def _numbers(here: str, words: list[str], labels: list[str]) -> list[float]:
+    """A row's words as numbers."""
+    if len(words) != len(labels):
+        raise StorageError(f"{here}: {len(words)} values for {len(labels)} columns")
+    row: list[float] = []
+    try:
+        for word in words:
+            row.append(float(word))
+    except ValueError:
+        k = len(row)
+        raise StorageError(f"{here}: '{words[k]}' in column '{labels[k]}' is no number") from None
+    return row
+
+
+# Results, under the names that OpenSim's tools give them.
+
+
+def states(trajectory: Trajectory) -> Storage:
+    """Coordinates and speeds [rad or m, /s], activations and fibre lengths [m], as CMC's
+    `_states.sto`.
+
+    The labels are OpenSim 4's state paths; those of coordinates lack the joint, without which
+    OpenSim finds them too.
+    """
+    labels = [f"{name}/{x}" for name in trajectory.coordinate_names for x in ("value", "speed")]
+    labels += [
+        f"/forceset/{name}/{x}"
+        for name in trajectory.muscle_names
+        for x in ("activation", "fiber_length")
+    ]
+    pairs = (
+        (trajectory.coordinates, trajectory.speeds),
+        (trajectory.activations, trajectory.fiber_lengths),
+    )
+    values = [np.stack(pair, axis=2).reshape(len(trajectory.time), -1) for pair in pairs]
+    return Storage(f"{trajectory.method}_states", tuple(labels), trajectory.time, np.hstack(values))
+
+
+def kinematics(trajectory: Trajectory) -> Storage:
+    """Coordinates in degrees or m, as `_Kinematics_q.sto`."""
+    rotates = np.array([unit == "rad" for unit in trajectory.coordinate_units], dtype=bool)
+    values = np.where(rotates, np.degrees(trajectory.coordinates), trajectory.coordinates)
+    return Storage("Coordinates", trajectory.coordinate_names, trajectory.time, values, True)
+
+
+def controls(trajectory: Trajectory, reserves: Sequence[Reserve] = ()) -> Storage:
+    """Excitations, and the reserves' torques over their optimal forces, as CMC's `_controls.sto`.
+
+    A row holds the excitations of the window that ends there, as in OpenSim; the first repeats the
+    second.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    reserves : sequence of Reserve
+        Those of the model.
+
+    Raises
+    ------
+    StorageError
+        These are not the trajectory's reserves, or it has no window.
+    """
+    names = tuple(reserve.coordinate for reserve in reserves)
+    if names != trajectory.reserve_names:
+        raise StorageError(
+            f"the trajectory has reserves on {list(trajectory.reserve_names)}, got {list(names)}"
+        )
+    u = trajectory.excitation_values
+    torques = trajectory.reserves / [reserve.optimal_force for reserve in reserves]
+    values = np.hstack([np.vstack([u[:1], u]), torques.reshape(len(trajectory.window_time), -1)])
+    return Storage("controls", _actuators(trajectory), trajectory.window_time, values)
+
+
+def forces(trajectory: Trajectory) -> Storage:
+    """Tendon forces [N] and the reserves' torques [N m or N], as `_Actuation_force.sto`."""
+    torques = [
+        np.interp(trajectory.time, trajectory.window_time, column)
+        for column in trajectory.reserves.T
+    ]
+    values = np.column_stack([trajectory.tendon_forces, *torques])
+    return Storage("ActuatorForces", _actuators(trajectory), trajectory.time, values)
+
+
+def tracking_errors(trajectory: Trajectory) -> Storage:
+    """q_d - q [rad or m], as CMC's `_pErr.sto`."""
+    names, errors = trajectory.coordinate_names, trajectory.tracking_errors()
+    return Storage("PositionErrors", names, trajectory.time, errors)
+
+
+def _actuators(trajectory: Trajectory) -> tuple[str, ...]:
+    return (*trajectory.muscle_names, *reserve_labels(trajectory.reserve_names))
+
+
+def reserve_labels(coordinates: Sequence[str]) -> list[str]:
+    """`<coordinate>_reserve` for every reserve, with a number from the second on a coordinate."""
+    labels = []
+    for k, name in enumerate(coordinates):
+        before = list(coordinates[:k]).count(name)
+        labels.append(f"{name}_reserve_{before + 1}" if before else f"{name}_reserve")
+    return labels
+
+
+def write_results(
+    trajectory: Trajectory, stem: str | Path, reserves: Sequence[Reserve] = ()
+) -> list[Path]:
+    """Write the files that OpenSim's CMC leaves behind; errors only where a motion was desired.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    stem : str or Path
+        What the files' names begin with: `<stem>_states.sto`, `_controls.sto`, `_Kinematics_q.sto`,
+        `_Actuation_force.sto` and `_pErr.sto`.
+    reserves : sequence of Reserve
+        Those of the model.
+
+    Returns
+    -------
+    list of Path
+        The files.
+
+    Raises
+    ------
+    StorageError
+        As `controls`.
+    """
+    tables = {
+        "states": states(trajectory),
+        "controls": controls(trajectory, reserves),
+        "Kinematics_q": kinematics(trajectory),
+        "Actuation_force": forces(trajectory),
+    }
+    if not np.isnan(trajectory.desired_coordinates).all():
+        tables["pErr"] = tracking_errors(trajectory)
+    files = [Path(f"{stem}_{ending}.sto") for ending in tables]
+    for file, table in zip(files, tables.values(), strict=True):
+        table.write(file)
+    return files
