@@ -38,6 +38,7 @@ from .methods.static import Static, static_optimization
 from .model import MusculoskeletalModel
 from .motion import LowPass, Motion
 from .muscle.activation import ActivationDynamics
+from .muscle.curves import Curve
 from .muscle.dynamics import MuscleDynamics, muscle_dynamics, tendon_length
 from .muscle.equilibrium import Equilibrium, equilibrium
 from .muscle.laws.custom import CustomLaw
@@ -47,7 +48,8 @@ from .muscle.laws.millard_2012 import Millard2012
 from .muscle.laws.thelen_2003 import Thelen2003
 from .muscle.parameters import Muscle, MuscleSet
 from .muscle.window import Integrator, WindowEnd, integrate_window
-from .path.points import PathPoint
+from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint, simm_spline
+from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere
 from .recruitment.normalizers import MaximumIsometricForce, Normalizer, ReachableMaximum
 from .recruitment.optimization import Reserve, Solver
 from .result import Counts, Difference, Excitations, Status, Trajectory
@@ -59,9 +61,11 @@ __all__ = [
     "CMC",
     "ActivationDynamics",
     "CMCPlugin",
+    "ConditionalPathPoint",
     "Cosimulation",
     "CosimulationPlugin",
     "Counts",
+    "Curve",
     "CustomLaw",
     "DeGrooteFregly2016",
     "DeGrooteFregly2016Published",
@@ -84,6 +88,7 @@ __all__ = [
     "ModelError",
     "Motion",
     "MotionError",
+    "MovingPathPoint",
     "Muscle",
     "MuscleDynamics",
     "MuscleLaw",
@@ -93,6 +98,7 @@ __all__ = [
     "ParameterError",
     "PathPoint",
     "PathWarning",
+    "PathWrap",
     "Predictor",
     "ReachableMaximum",
     "RecruitmentError",
@@ -114,6 +120,9 @@ __all__ = [
     "UnmetTorqueWarning",
     "WindowEnd",
     "WindowError",
+    "WrapCylinder",
+    "WrapEllipsoid",
+    "WrapSphere",
     "computed_muscle_control",
     "cosimulate",
     "equilibrium",
@@ -122,6 +131,7 @@ __all__ = [
     "muscle_dynamics",
     "plot",
     "read_storage",
+    "simm_spline",
     "static_optimization",
     "storage",
     "tendon_length",

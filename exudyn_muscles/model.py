@@ -78,7 +78,7 @@ class MusculoskeletalModel:
         reserves = _listed("reserves", reserves, Reserve)
         self.skeleton = Skeleton(mbs, tree, coordinates)
         self.muscles = MuscleSet(muscles)
-        self.paths = collect_paths(self.muscles, len(self.skeleton))
+        self.paths = collect_paths(self.muscles, len(self.skeleton), self.coordinates)
         self.reserves = tuple(reserves)
         self.reserve_columns = reserve_columns(self.coordinates, self.reserves)
         self.geometry = compile_geometry(self.skeleton.tree, self.paths)

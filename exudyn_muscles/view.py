@@ -261,7 +261,7 @@ class _Scene:
         ]
         pairs += [[(origin, link), (centers[link], link)] for link in ends]
         points = [point for pair in pairs for point in pair]
-        self._stick_paths = Paths(
+        self._stick_paths = Paths.straight(
             positions=np.array([position for position, _ in points]),
             links=np.array([link for _, link in points], dtype=np.int64),
             starts=2 * np.arange(len(pairs) + 1),

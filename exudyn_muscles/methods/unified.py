@@ -28,7 +28,8 @@ from ..path.geometry import Geometry, path_geometry, path_tables
 @kernel(allocates=True)
 def unified_step(
     table, grids, bins, pieces, joints, parents, rotations, offsets, base, reference, positions,
-    links, starts, q, v, h, start, trial, r, torque,
+    links, starts, kinds, rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, q, v, h,
+    start, trial, r, torque,
 ):  # fmt: skip
     """One step of all muscles to the iterate q, q'.
 
@@ -38,10 +39,12 @@ def unified_step(
     # Handed over from Python as a tuple they would take a microsecond more.
     units = Units(table, PackedCurves(grids, bins, pieces))
     l, l_rate = trial[2], trial[3]
-    path_geometry(
-        joints, parents, rotations, offsets, base, reference, positions, links, starts,
-        q, v, l, l_rate, r,
+    failed = path_geometry(
+        joints, parents, rotations, offsets, base, reference, positions, links, starts, kinds,
+        rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, q, v, l, l_rate, r,
     )  # fmt: skip
+    if failed >= 0:
+        return failed
     torque[:] = 0.0
     for i in range(l.size):
         converged, a, l_t, F, F_l, F_v = step(

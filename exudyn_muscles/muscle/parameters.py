@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -21,7 +21,8 @@ from .laws.de_groote_fregly_2016 import DeGrooteFregly2016
 from .laws.law import MuscleLaw
 
 if TYPE_CHECKING:
-    from ..path.points import PathPoint
+    from ..path.points import MovingPathPoint, PathPoint
+    from ..path.surfaces import PathWrap, WrapSurface
 
 # Columns of `Units.table`. The last five are the numbers of the muscle's curves.
 (
@@ -97,8 +98,10 @@ class Muscle:
         The tendon is rigid: the fibre takes up all changes of length.
     maximum_pennation_angle : float
         The fibre does not shorten further once it is reached [rad]; acos(0.1) as in OpenSim.
-    path : sequence of PathPoint
+    path : sequence of PathPoint, ConditionalPathPoint or MovingPathPoint
         From origin to insertion, straight lines between the points.
+    wraps : sequence of PathWrap or of surfaces
+        What the lines wrap over; a surface alone is for the whole path.
 
     Raises
     ------
@@ -122,7 +125,8 @@ class Muscle:
     tendon_strain_at_one_norm_force: float | None = None
     ignore_tendon_compliance: bool = False
     maximum_pennation_angle: float = MAXIMUM_PENNATION
-    path: tuple[PathPoint, ...] = ()
+    path: Sequence[PathPoint | MovingPathPoint] = ()
+    wraps: Sequence[PathWrap | WrapSurface] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
@@ -138,6 +142,7 @@ class Muscle:
                 f"[0, maximum_pennation_angle = {self.maximum_pennation_angle:g}] rad"
             )
         object.__setattr__(self, "path", tuple(self.path))
+        object.__setattr__(self, "wraps", tuple(self.wraps))
         self._check_law()
 
     def _check_law(self) -> None:

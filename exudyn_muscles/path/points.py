@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
 from ..errors import ParameterError
-from ..muscle.parameters import MuscleSet
+from ..muscle.curves import Curve, PackedCurves, pack
+from ..muscle.parameters import Muscle, MuscleSet
+from .surfaces import WRAP_COLUMNS, PathWrap, WrapSurface
+from .tree import GROUND
 
-GROUND = -1
+# Columns of `Paths.rules`; -1 stands for no coordinate and no curve.
+COORDINATE, LOW, HIGH, CURVES, RULE_COLUMNS = 0, 1, 2, slice(3, 6), 6
+NO_RULE = (-1.0, 0.0, 0.0, -1.0, -1.0, -1.0)
+# OpenSim's points, too, are active a little beyond their range.
+BEYOND_RANGE = 1e-5
+
+# How a path is evaluated: `Paths.kinds`.
+STRAIGHT, BENT = range(2)
 
 
 @dataclass(frozen=True)
@@ -43,9 +54,134 @@ class PathPoint:
                 f"a path point's position is three finite numbers in m, got {self.position!r}"
             )
         object.__setattr__(self, "position", (x, y, z))
-        if not isinstance(self.link, (int, np.integer)) or self.link < GROUND:
-            raise ParameterError(f"a path point's link is an integer from 0, got {self.link!r}")
-        object.__setattr__(self, "link", int(self.link))
+        _check_link(self)
+
+
+@dataclass(frozen=True)
+class ConditionalPathPoint(PathPoint):
+    """A point that belongs to the path while a coordinate is within a range.
+
+    Length and moment arms jump at the ends of the range unless the point lies on the straight line
+    there.
+
+    Parameters
+    ----------
+    position, link
+        As in `PathPoint`.
+    coordinate : str or int
+        Name or number of the coordinate.
+    range : pair of float
+        Lowest and highest value of the coordinate, both included [rad or m].
+    """
+
+    _: KW_ONLY
+    coordinate: str | int
+    range: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        try:
+            low, high = (float(value) for value in self.range)
+        except (TypeError, ValueError):
+            low = high = math.nan
+        if not low <= high:
+            raise ParameterError(
+                f"a conditional path point's range is a lowest and a highest value, got "
+                f"{self.range!r}"
+            )
+        object.__setattr__(self, "range", (low, high))
+
+
+@dataclass(frozen=True)
+class MovingPathPoint:
+    """A point whose position on its link follows a coordinate.
+
+    Parameters
+    ----------
+    x, y, z : Curve or float
+        Functions of the coordinate, or fixed numbers [m].
+    link : int, optional
+        As in `PathPoint`.
+    coordinate : str or int
+        Name or number of the coordinate.
+    """
+
+    x: Curve | float
+    y: Curve | float
+    z: Curve | float
+    link: int = GROUND
+    _: KW_ONLY
+    coordinate: str | int
+
+    def __post_init__(self) -> None:
+        for name in "xyz":
+            value = getattr(self, name)
+            if isinstance(value, Curve):
+                continue
+            try:
+                number = float(value)
+            except (TypeError, ValueError):
+                number = math.nan
+            if not math.isfinite(number):
+                raise ParameterError(
+                    f"a moving path point's {name} is a Curve or a finite number in m, got "
+                    f"{value!r}"
+                )
+            object.__setattr__(self, name, number)
+        _check_link(self)
+
+
+def simm_spline(x: Sequence[float], y: Sequence[float]) -> Curve:
+    """OpenSim's `SimmSpline`: the cubic spline through points, and its tangents beyond them.
+
+    Its third derivative at each end is that of the cubic through the four points there.
+
+    Parameters
+    ----------
+    x, y : (k,) sequence of float
+        At least two points; x increases.
+
+    References
+    ----------
+    Forsythe, Malcolm, Moler: Computer Methods for Mathematical Computations (1977), section 4.4.
+
+    Examples
+    --------
+    >>> simm_spline([0, 1, 2, 3], [0, 1, 8, 27])(1.5)  # a cubic is its own spline
+    array(3.375)
+    """
+    x, y = np.array(x, dtype=float), np.array(y, dtype=float)
+    if x.ndim != 1 or x.shape != y.shape or x.size < 2 or not (np.diff(x) > 0.0).all():
+        raise ParameterError(f"a spline needs two points or more with increasing x, got {x}, {y}")
+    n, h = x.size, np.diff(x)
+    slopes = np.diff(y) / h
+    # Second derivatives: smooth inside, third derivatives given at the ends.
+    A, b = np.eye(n), np.zeros(n)
+    for i in range(1, n - 1):
+        A[i, i - 1 : i + 2] = h[i - 1], 2.0 * (h[i - 1] + h[i]), h[i]
+        b[i] = 6.0 * (slopes[i] - slopes[i - 1])
+    if n > 2:
+        A[0, :2] = A[-1, -2:] = -1.0, 1.0
+    if n > 3:
+        second = np.diff(slopes) / (x[2:] - x[:-2])
+        third = 6.0 * np.diff(second) / (x[3:] - x[:-3])
+        b[0], b[-1] = third[0] * h[0], third[-1] * h[-1]
+    bends = np.linalg.solve(A, b)
+
+    def spline(places: np.ndarray) -> np.ndarray:
+        i = np.clip(np.searchsorted(x, places, side="right") - 1, 0, n - 2)
+        t = places - x[i]
+        slope = slopes[i] - h[i] * (2.0 * bends[i] + bends[i + 1]) / 6.0
+        third = (bends[i + 1] - bends[i]) / h[i]
+        return y[i] + t * (slope + t * (0.5 * bends[i] + t * third / 6.0))
+
+    return Curve(spline, x, name="the spline")
+
+
+def _check_link(point: PathPoint | MovingPathPoint) -> None:
+    if not isinstance(point.link, (int, np.integer)) or point.link < GROUND:
+        raise ParameterError(f"a path point's link is an integer from 0, got {point.link!r}")
+    object.__setattr__(point, "link", int(point.link))
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,41 +196,173 @@ class Paths:
         Their links, -1 for ground.
     starts : (m + 1,) int ndarray
         Muscle i owns the points starts[i] to starts[i + 1].
+    kinds : (m,) int ndarray
+        STRAIGHT: fixed points alone; BENT: with all that follows.
+    rules : (k, 6) ndarray
+        Of every point: the coordinate that it depends on, its range, the curves of x, y, z.
+    curves : PackedCurves
+        Of moving points.
+    wraps : (w, 22) ndarray
+        Surfaces, muscle by muscle; the columns are those of `surfaces`.
+    wrap_starts : (m + 1,) int ndarray
+        Muscle i owns the wraps wrap_starts[i] to wrap_starts[i + 1].
     """
 
     positions: np.ndarray
     links: np.ndarray
     starts: np.ndarray
+    kinds: np.ndarray
+    rules: np.ndarray
+    curves: PackedCurves
+    wraps: np.ndarray
+    wrap_starts: np.ndarray
+
+    @classmethod
+    def straight(cls, positions: np.ndarray, links: np.ndarray, starts: np.ndarray) -> Paths:
+        """Straight lines through fixed points."""
+        m = len(starts) - 1
+        return cls(
+            positions, links, starts,
+            kinds=np.full(m, STRAIGHT),
+            rules=np.tile(NO_RULE, (len(links), 1)),
+            curves=pack([NO_CURVE]),
+            wraps=np.empty((0, WRAP_COLUMNS)),
+            wrap_starts=np.zeros(m + 1, dtype=np.int64),
+        )  # fmt: skip
 
 
-def collect_paths(muscles: MuscleSet, number_of_links: int) -> Paths:
-    """The paths of a set, checked against a tree of `number_of_links` links.
+# Kernels get at least one curve.
+NO_CURVE = Curve(lambda x: 0.0 * x, [0.0, 1.0])
+
+
+def collect_paths(
+    muscles: MuscleSet, number_of_links: int, coordinates: Sequence[str] | None = None
+) -> Paths:
+    """The paths of a set, checked against a tree.
+
+    Parameters
+    ----------
+    muscles : MuscleSet
+    number_of_links : int
+        Of the tree; each has one coordinate.
+    coordinates : sequence of str, optional
+        The coordinates' names.
 
     Raises
     ------
     ParameterError
-        A path has fewer than two points, is not made of `PathPoint`, or names a link that does not
-        exist; names the muscle.
+        A path has fewer than two points, is not made of path points, or names a link, coordinate
+        or range that does not exist; names the muscle.
     """
+    names = tuple(coordinates or (f"q{j}" for j in range(number_of_links)))
     for muscle in muscles:
-        if len(muscle.path) < 2:
-            raise ParameterError(
-                f"muscle '{muscle.name}': a path needs at least two points, got {len(muscle.path)}"
-            )
-        for number, point in enumerate(muscle.path):
-            if not isinstance(point, PathPoint):
-                raise ParameterError(
-                    f"muscle '{muscle.name}': path point {number} is a PathPoint, got {point!r}"
-                )
-            if point.link >= number_of_links:
-                raise ParameterError(
-                    f"muscle '{muscle.name}': path point {number} is on link {point.link}, but the "
-                    f"tree has links 0 to {number_of_links - 1}"
-                )
+        _check_path(muscle, number_of_links)
     points = [point for muscle in muscles for point in muscle.path]
+    curves: dict[Curve, int] = {NO_CURVE: 0}
+    rules = [
+        _rule(muscle, number, point, names, curves)
+        for muscle in muscles
+        for number, point in enumerate(muscle.path)
+    ]
     counts = [len(muscle.path) for muscle in muscles]
+    wraps = [_wrap_rows(muscle) for muscle in muscles]
+    fixed = [all(type(point) is PathPoint for point in muscle.path) for muscle in muscles]
     return Paths(
-        positions=np.array([point.position for point in points]),
+        positions=np.array([_position(point) for point in points]),
         links=np.array([point.link for point in points], dtype=np.int64),
-        starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+        starts=_starts(counts),
+        kinds=np.array(
+            [STRAIGHT if f and not w else BENT for f, w in zip(fixed, wraps, strict=True)]
+        ),
+        rules=np.array(rules),
+        curves=pack(list(curves)),
+        wraps=np.array([row for rows in wraps for row in rows]).reshape(-1, WRAP_COLUMNS),
+        wrap_starts=_starts([len(rows) for rows in wraps]),
     )
+
+
+def _check_path(muscle: Muscle, number_of_links: int) -> None:
+    """Raise ParameterError unless there are points, and surfaces, on links of the tree."""
+    if len(muscle.path) < 2:
+        raise ParameterError(
+            f"muscle '{muscle.name}': a path needs at least two points, got {len(muscle.path)}"
+        )
+    for number, point in enumerate(muscle.path):
+        what = f"muscle '{muscle.name}': path point {number}"
+        if not isinstance(point, (PathPoint, MovingPathPoint)):
+            raise ParameterError(f"{what} is a PathPoint, got {point!r}")
+        _check_number(what, point.link, number_of_links)
+    for number in (0, -1):
+        if isinstance(muscle.path[number], ConditionalPathPoint):
+            raise ParameterError(
+                f"muscle '{muscle.name}': the path's first and last point cannot be conditional"
+            )
+    for wrap in _wraps(muscle):
+        if not isinstance(wrap, PathWrap):
+            raise ParameterError(f"muscle '{muscle.name}': not a surface or PathWrap: {wrap!r}")
+        surface = wrap.surface
+        _check_number(f"muscle '{muscle.name}': {surface}", surface.link, number_of_links)
+
+
+def _check_number(what: str, link: int, number_of_links: int) -> None:
+    if link >= number_of_links:
+        raise ParameterError(
+            f"{what} is on link {link}, but the tree has links 0 to {number_of_links - 1}"
+        )
+
+
+def _rule(
+    muscle: Muscle,
+    number: int,
+    point: PathPoint | MovingPathPoint,
+    names: tuple[str, ...],
+    curves: dict[Curve, int],
+) -> list[float]:
+    """One point's row of the rules; adds its curves to those that have a number."""
+    row = list(NO_RULE)
+    if not isinstance(point, (ConditionalPathPoint, MovingPathPoint)):
+        return row
+    what = f"muscle '{muscle.name}': path point {number}"
+    row[COORDINATE] = coordinate_number(what, point.coordinate, names)
+    if isinstance(point, ConditionalPathPoint):
+        row[LOW], row[HIGH] = point.range[0] - BEYOND_RANGE, point.range[1] + BEYOND_RANGE
+    else:
+        row[LOW], row[HIGH] = -math.inf, math.inf
+        row[CURVES] = [
+            curves.setdefault(value, len(curves)) if isinstance(value, Curve) else -1.0
+            for value in (point.x, point.y, point.z)
+        ]
+    return row
+
+
+def coordinate_number(what: str, coordinate: str | int, names: tuple[str, ...]) -> int:
+    """The number of a coordinate given by its name or number."""
+    if isinstance(coordinate, str) and coordinate in names:
+        return names.index(coordinate)
+    if isinstance(coordinate, (int, np.integer)) and 0 <= coordinate < len(names):
+        return int(coordinate)
+    raise ParameterError(
+        f"{what} follows the coordinate {coordinate!r}, but the model has {', '.join(names)}"
+    )
+
+
+def _position(point: PathPoint | MovingPathPoint) -> list[float]:
+    if isinstance(point, PathPoint):
+        return list(point.position)
+    return [0.0 if isinstance(value, Curve) else value for value in (point.x, point.y, point.z)]
+
+
+def _wraps(muscle: Muscle) -> list[PathWrap]:
+    return [PathWrap(wrap) if isinstance(wrap, WrapSurface) else wrap for wrap in muscle.wraps]
+
+
+def _wrap_rows(muscle: Muscle) -> list[np.ndarray]:
+    """The rows of a muscle's active wraps."""
+    try:
+        return [wrap.row(len(muscle.path)) for wrap in _wraps(muscle) if wrap.surface.active]
+    except ParameterError as error:
+        raise ParameterError(f"muscle '{muscle.name}': {error}") from None
+
+
+def _starts(counts: Sequence[int]) -> np.ndarray:
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
