@@ -77,6 +77,12 @@ class Element:
             if child.tag not in tags and child.tag not in HARMLESS:
                 raise child.error("this is not known, and might change what the model does")
 
+    def properties(self) -> list[Element]:
+        """The children, if each of them is the only one with its tag."""
+        for child in self.children:
+            self.find(child.tag)
+        return self.children
+
     def find(self, *tags: str) -> Element | None:
         """The one child with one of these tags, if there is any."""
         found = [child for child in self.children if child.tag in tags]

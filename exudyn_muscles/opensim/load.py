@@ -14,7 +14,7 @@ from ..skeleton import JOINTS
 from .bodies import Bodies, Link
 from .document import Element, read_document
 from .joints import Coordinate
-from .muscles import CLASSES, is_applied, read_muscle, read_reserve
+from .muscles import CLASSES, read_muscle, read_reserve
 
 TYPES = {number: joint for joint, number in JOINTS.items()}
 # What a model may hold, what of it does not matter, and what has to be empty.
@@ -24,6 +24,8 @@ HARMLESS = (
     "ContactGeometrySet", "ProbeSet", "ModelVisualPreferences", "notes",
 )  # fmt: skip
 REFUSED = ("ControllerSet", "ConstraintSet", "ComponentSet", "components", "defaults")
+
+ON = ("appliesForce", "isEnforced", "enabled")
 
 
 def load_model(file: str | Path) -> MusculoskeletalModel:
@@ -42,7 +44,7 @@ def load_model(file: str | Path) -> MusculoskeletalModel:
     ------
     ModelFileError
         The file is damaged, or holds what cannot be represented: names it and its place. Only what
-        is to be looked at, markers, probes, contact geometry and disabled forces are left out.
+        is to be looked at, markers, probes, contact geometry and what is switched off are left out.
     FileNotFoundError
     """
     model = read_document(file)
@@ -52,10 +54,11 @@ def load_model(file: str | Path) -> MusculoskeletalModel:
         raise model.error("it has no coordinates")
     for tag in REFUSED:
         for item in model.items(tag):
-            item.refuse()
+            if _is_on(item):
+                item.refuse()
     muscles, reserves = [], []
     for force in model.items("ForceSet"):
-        if not is_applied(force):
+        if not _is_on(force):
             continue
         if force.tag in CLASSES:
             muscles.append(read_muscle(force, bodies))
@@ -80,6 +83,11 @@ def read_coordinates(file: str | Path) -> tuple[Coordinate, ...]:
         As `load_model`.
     """
     return tuple(Bodies(read_document(file)).coordinates)
+
+
+def _is_on(item: Element) -> bool:
+    """Whether a force, constraint or controller does anything."""
+    return all(item.flag(name, True) for name in ON) and not item.flag("isDisabled")
 
 
 def _gravity(model: Element) -> np.ndarray:

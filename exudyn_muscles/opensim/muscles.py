@@ -25,7 +25,7 @@ from ..muscle.laws.millard_2012 import (
     Millard2012,
 )
 from ..muscle.laws.thelen_2003 import Thelen2003
-from ..muscle.parameters import Muscle
+from ..muscle.parameters import RANGES, Muscle
 from ..path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
 from ..path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapSurface
 from ..recruitment.optimization import Reserve
@@ -94,18 +94,14 @@ CLASSES = {
         {"activation_time_constant": 0.015, "deactivation_time_constant": 0.060},
     ),
 }
-# The first three are the defaults of OpenSim's Muscle.
-UNIT = {
-    "max_isometric_force": 1000.0,
-    "optimal_fiber_length": 0.1,
-    "tendon_slack_length": 0.2,
-}
+# What every muscle has in OpenSim if its file does not say it.
+UNIT = {"max_isometric_force": 1000.0, "optimal_fiber_length": 0.1, "tendon_slack_length": 0.2}
 CURVES = (
     "ActiveForceLengthCurve", "ForceVelocityCurve", "FiberForceLengthCurve",
     "TendonForceLengthCurve",
 )  # fmt: skip
-# Without influence in OpenSim, or on where a simulation starts and how it is computed alone. The
-# last three belong to classes before Thelen2003Muscle.
+# These only say where a simulation starts and how OpenSim computes it, or nothing: the last three
+# are left over from the classes before Thelen2003Muscle.
 WITHOUT_INFLUENCE = (
     "optimal_force", "default_activation", "default_fiber_length",
     "default_normalized_tendon_force", "tendon_compliance_dynamics_mode", "Vmax", "Vmax0",
@@ -113,11 +109,9 @@ WITHOUT_INFLUENCE = (
 )  # fmt: skip
 FLAGS = ("ignore_activation_dynamics", "ignore_passive_fiber_force")  # refused if true
 PATHS = ("GeometryPath", "path")
-
-
-def is_applied(force: Element) -> bool:
-    """Whether a force acts at all."""
-    return force.flag("appliesForce", True) and not force.flag("isDisabled")
+# Read apart from the numbers.
+OTHER = ("appliesForce", "isDisabled", "ignore_tendon_compliance", "min_control", "max_control")
+NUMBERS = {*RANGES, "tendon_strain_at_one_norm_force"}
 
 
 def read_muscle(element: Element, bodies: Bodies) -> Muscle:
@@ -130,16 +124,16 @@ def read_muscle(element: Element, bodies: Bodies) -> Muscle:
     """
     kind = CLASSES[element.tag]
     given: dict[str, Any] = {**UNIT, **kind.defaults}
-    for child in element.children:
+    for child in element.properties():
         if child.tag in CURVES:
-            for inner in child.children:
+            for inner in child.properties():
                 _add_number(kind, inner, given, f"{child.tag}/")
         elif child.tag not in (*PATHS, *WITHOUT_INFLUENCE, *FLAGS, *OTHER):
             _add_number(kind, child, given)
     for flag in FLAGS:
         if element.flag(flag):
             element.get(flag).refuse()
-    own = {field.name for field in dataclasses.fields(kind.law)}  # type: ignore[arg-type]
+    own = _own(kind)
     unit = {name: value for name, value in given.items() if name not in own}
     try:
         muscle = Muscle(
@@ -154,16 +148,16 @@ def read_muscle(element: Element, bodies: Bodies) -> Muscle:
     _check_controls(element, muscle.minimum_activation)
     path = element.find("GeometryPath") or element.object("path")
     if path.tag != "GeometryPath":
-        path.refuse()
+        path.refuse()  # a function of the coordinates
     path.allow("PathPointSet", "PathWrapSet")
     points = [_point(point, bodies) for point in path.items("PathPointSet")]
     wraps = [_wrap(wrap, bodies) for wrap in path.items("PathWrapSet")]
     return dataclasses.replace(muscle, path=points, wraps=wraps)
 
 
-# Read apart from the numbers.
-OTHER = ("appliesForce", "isDisabled", "ignore_tendon_compliance", "min_control", "max_control")
-NUMBERS = {field.name for field in dataclasses.fields(Muscle)} - {*OTHER, "name", "law", "path"}
+def _own(kind: Class) -> set[str]:
+    """Names of what belongs to a muscle's law."""
+    return {field.name for field in dataclasses.fields(kind.law)}  # type: ignore[arg-type]
 
 
 def _add_number(kind: Class, element: Element, given: dict[str, Any], where: str = "") -> None:
@@ -175,7 +169,7 @@ def _add_number(kind: Class, element: Element, given: dict[str, Any], where: str
     if path in kind.fixed:
         if abs(element.numbers(1)[0] - kind.fixed[path]) > 1e-6:
             raise element.error(f"{element.text}: only {kind.fixed[path]:g} can be represented")
-    elif name in NUMBERS or any(name == field.name for field in dataclasses.fields(kind.law)):  # type: ignore[arg-type]
+    elif name in NUMBERS | _own(kind):
         given[name] = float(element.numbers(1)[0])
     else:
         raise element.error("this is not known, and might change what the muscle does")
@@ -298,6 +292,6 @@ def _surface(element: Element, place: Place) -> WrapSurface:
             return WrapCylinder(element.number("radius"), element.number("length"), **where)
         if element.tag == "WrapSphere":
             return WrapSphere(element.number("radius"), **where)
-        return WrapEllipsoid(element.vector("dimensions"), **where)
+        return WrapEllipsoid(element.vector("dimensions").tolist(), **where)
     except ParameterError as error:
         raise element.error(str(error)) from None
