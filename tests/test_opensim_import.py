@@ -541,6 +541,9 @@ def changed(of, old, new):
          "PathWrap 'p': expected one surface 'w', found 0"),
         ({"forces": muscle(points=GROUND_POINT)}, "a path needs at least two points"),
         ({"forces": changed(muscle(), "/bodyset/body", "leg")}, "there is no frame 'leg'"),
+        ({"joints": joint("CustomJoint", ["a"], TILTED.replace('"rotation3"', '"rotation2"'))},
+         "SpatialTransform: expected the axes rotation1"),
+        ({"rest": "<ComponentSet><objects/><Wind/></ComponentSet>"}, "ComponentSet / Wind:"),
         ({"version": 10901}, "format version '10901' is not one of OpenSim 2 to 4"),
     ],
 )  # fmt: skip

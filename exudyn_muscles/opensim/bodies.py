@@ -66,7 +66,7 @@ class Link:
         Of the joint, in the parent's.
     coordinate : Coordinate
     follows : Curve or None
-        None: the link's coordinate is `coordinate` itself; else this function of it.
+        None: the link's coordinate is `coordinate` itself; else it is this function of it.
     inertia : Inertia
     """
 
@@ -124,14 +124,22 @@ class Bodies:
         if ground is not None:
             ground.allow(*PARTS)
             self._add_owner(GROUND_PATH, ground)
-        for body in model.items("BodySet"):
+        bodies = model.items("BodySet")
+        for body in bodies:
+            if body.tag != "Body":
+                body.refuse()
             self._add_owner(_body_path(body.name), body)
-        self._join([self._ends(joint) for joint in _joints(model)])
-        for path, body in self._owners.items():
-            if body.tag == "Body" and path not in self.places:
+        joints = model.items("JointSet")
+        for joint in joints:
+            self._add_offsets(_joint_path(joint), joint.items("frames"))
+        for body in bodies:
+            joints += body.items("Joint")  # before version 4
+        self._join([self._end(joint) for joint in joints])
+        for body in bodies:
+            path = _body_path(body.name)
+            if path not in self.places:
                 raise body.error("no joint leads to it")
-            if body.tag == "Body" and path != GROUND_PATH:
-                self._add_inertia(self.places[path], body)
+            self._add_inertia(self.places[path], body)
         names = [coordinate.name for coordinate in self.coordinates]
         for name in names:
             if names.count(name) > 1:
@@ -188,7 +196,7 @@ class Bodies:
             parent = self._path(frame.get("socket_parent"), own)
             self._offsets[own] = parent, _pose(frame, "orientation", "translation")
 
-    def _ends(self, joint: Element) -> End:
+    def _end(self, joint: Element) -> End:
         """Where a joint is."""
         body = joint.parent and joint.parent.parent
         if body is not None and body.tag == "Body":  # before version 4
@@ -196,8 +204,7 @@ class Bodies:
             behind = _pose(joint, "orientation", "location")
             parent = self._path(joint.get("parent_body"), "/")
             return End(joint, parent, before, _body_path(body.name), behind)
-        own = f"/jointset/{joint.name}"
-        self._add_offsets(own, joint.items("frames"))
+        own = _joint_path(joint)
         parent, before = self._on_body(self._path(joint.get("socket_parent_frame"), own))
         child, behind = self._on_body(self._path(joint.get("socket_child_frame"), own))
         return End(joint, parent, before, child, behind)
@@ -251,9 +258,11 @@ class Bodies:
         return Place(link, H)
 
     def _add_inertia(self, place: Place, body: Element) -> None:
-        """Add a body's mass to its link."""
+        """Add a body's mass to its link; ground needs none."""
         products = [f"inertia_{xy}" for xy in ("xx", "yy", "zz", "xy", "xz", "yz")]
         body.allow("mass", "mass_center", "inertia", *products, "Joint", *PARTS)
+        if place.link == GROUND:
+            return
         mass, center = body.number("mass"), body.vector("mass_center", default=ZERO)
         if mass < 0.0:
             raise body.get("mass").error(f"{mass:g} kg is negative")
@@ -263,20 +272,15 @@ class Bodies:
             I = np.array([body.number(product) for product in products])
         R = place.pose[:3, :3]
         tensor = R @ I[[0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(3, 3) @ R.T
-        if place.link != GROUND:
-            self.links[place.link].inertia.add(mass, place.at(center), tensor)
-
-
-def _joints(model: Element) -> list[Element]:
-    """All joints: in a set of their own, or before version 4 in the bodies behind them."""
-    found = list(model.items("JointSet"))
-    for body in model.items("BodySet"):
-        found += body.items("Joint")
-    return found
+        self.links[place.link].inertia.add(mass, place.at(center), tensor)
 
 
 def _body_path(name: str) -> str:
     return GROUND_PATH if name == "ground" else f"/bodyset/{name}"
+
+
+def _joint_path(joint: Element) -> str:
+    return f"/jointset/{joint.name}"
 
 
 def _pose(element: Element, angles: str, position: str) -> np.ndarray:

@@ -24,8 +24,7 @@ OLDEST, NEWEST = 20000, 50000
 HARMLESS = frozenset(
     ["Appearance", "FrameGeometry", "VisibleObject", "attached_geometry", "default_color", "groups"]
 )
-LISTS = ("objects", "groups")
-ABOVE = ("", "OpenSimDocument", "Model")  # not worth telling
+NOT_TOLD = ("", "OpenSimDocument", "Model", "objects")  # on the way to an element
 TRUTH = {"true": True, "false": False, "1": True, "0": False}
 
 
@@ -61,8 +60,8 @@ class Element:
     def error(self, text: str) -> ModelFileError:
         """An error about this element, with its place in the file."""
         path, element = [str(self)], self.parent
-        while element is not None and element.tag not in ABOVE:
-            if element.tag not in LISTS:
+        while element is not None:
+            if element.tag not in NOT_TOLD:
                 path.insert(0, str(element))
             element = element.parent
         return ModelFileError(f"{self.file}, line {self.line}: {' / '.join(path)}: {text}")
@@ -100,8 +99,13 @@ class Element:
     def items(self, tag: str) -> list[Element]:
         """The members of the set `tag`, if there is one."""
         found = self.find(tag)
-        members = (found and (found.find("objects") or found).children) or []
-        return [member for member in members if member.tag not in LISTS]
+        if found is None:
+            return []
+        objects = found.find("objects")
+        if objects is not None:
+            found.allow("objects")
+            return list(objects.children)
+        return [member for member in found.children if member.tag != "groups"]
 
     def object(self, tag: str) -> Element:
         """The object that is the property `tag`: in an element of that tag, or of that name."""

@@ -143,11 +143,13 @@ def _coordinate(element: Element) -> Coordinate:
 def _custom_axes(joint: Element, coordinates: list[Coordinate]) -> list[Axis]:
     transform = joint.get("SpatialTransform")
     transform.allow("TransformAxis")
-    order = [f"{kind}{k}" for kind in ("translation", "rotation") for k in (1, 2, 3)]
-    given = {item.name: item for item in transform.children if item.tag == "TransformAxis"}
-    if sorted(given) != sorted(order):
-        raise transform.error(f"expected the axes {', '.join(order)}, found {', '.join(given)}")
-    return [_custom_axis(given[name], coordinates) for name in order]
+    order = [f"{kind}{k}" for kind in ("rotation", "translation") for k in (1, 2, 3)]
+    given = sorted(transform.children, key=lambda item: item.name)
+    names = [item.name for item in given]
+    if names != order:
+        raise transform.error(f"expected the axes {', '.join(order)}, found {', '.join(names)}")
+    # Translations come before rotations.
+    return [_custom_axis(item, coordinates) for item in (*given[3:], *given[:3])]
 
 
 def _custom_axis(element: Element, coordinates: list[Coordinate]) -> Axis:

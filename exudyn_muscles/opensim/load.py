@@ -17,14 +17,13 @@ from .joints import Coordinate
 from .muscles import CLASSES, read_muscle, read_reserve
 
 TYPES = {number: joint for joint, number in JOINTS.items()}
-# What a model may hold, what of it does not matter, and what has to be empty.
+# What a model may hold, what of it does not matter, and what has to be empty or switched off.
 READ = ("Ground", "gravity", "BodySet", "JointSet", "ForceSet")
 HARMLESS = (
     "credits", "publications", "length_units", "force_units", "assembly_accuracy", "MarkerSet",
     "ContactGeometrySet", "ProbeSet", "ModelVisualPreferences", "notes",
 )  # fmt: skip
 REFUSED = ("ControllerSet", "ConstraintSet", "ComponentSet", "components", "defaults")
-
 ON = ("appliesForce", "isEnforced", "enabled")
 
 
@@ -66,7 +65,8 @@ def load_model(file: str | Path) -> MusculoskeletalModel:
             reserves.append(read_reserve(force))
         else:
             force.refuse()
-    mbs, tree = _build(bodies.links, _gravity(model))
+    gravity = model.vector("gravity", default=(0.0, -9.80665, 0.0))
+    mbs, tree = _build(bodies.links, gravity)
     names = [link.coordinate.name for link in bodies.links]
     try:
         return MusculoskeletalModel(mbs, tree, muscles, coordinates=names, reserves=reserves)
@@ -88,10 +88,6 @@ def read_coordinates(file: str | Path) -> tuple[Coordinate, ...]:
 def _is_on(item: Element) -> bool:
     """Whether a force, constraint or controller does anything."""
     return all(item.flag(name, True) for name in ON) and not item.flag("isDisabled")
-
-
-def _gravity(model: Element) -> np.ndarray:
-    return model.vector("gravity", default=(0.0, -9.80665, 0.0))
 
 
 def _build(links: list[Link], gravity: np.ndarray) -> tuple[exu.MainSystem, int]:
