@@ -2,7 +2,7 @@
 
 from importlib.metadata import version
 
-from . import plot, storage, view
+from . import opensim, plot, storage, view
 from .errors import (
     DisplayError,
     ExudynMusclesError,
@@ -10,6 +10,7 @@ from .errors import (
     FrozenBodiesWarning,
     IncompleteRunWarning,
     ModelError,
+    ModelFileError,
     MotionError,
     ParameterError,
     PathWarning,
@@ -89,6 +90,7 @@ __all__ = [
     "MaximumIsometricForce",
     "Millard2012",
     "ModelError",
+    "ModelFileError",
     "Motion",
     "MotionError",
     "MovingPathPoint",
@@ -133,6 +135,7 @@ __all__ = [
     "forward_dynamics",
     "integrate_window",
     "muscle_dynamics",
+    "opensim",
     "plot",
     "read_storage",
     "simm_spline",

@@ -75,7 +75,7 @@ def _run(arguments: argparse.Namespace) -> int:
     _refuse_foreign_options(arguments)
     out = _folder(arguments.out)
     _announce()
-    model, motion = load_model(arguments.model)
+    model, motion = load_model(arguments.model, arguments.motion, arguments.cutoff)
     usual_step = STEP / CMC_STEPS if method == "cmc" else STEP
     compute = _method(
         method,
@@ -113,7 +113,7 @@ def _compare(arguments: argparse.Namespace) -> int:
     if arguments.json is not None:
         _folder(arguments.json.parent)
     _announce()
-    model, motion = load_model(arguments.model)
+    model, motion = load_model(arguments.model, arguments.motion, arguments.cutoff)
     name = arguments.model.stem
     best: dict[str, float] = {}
     results: dict[str, Trajectory] = {}
@@ -206,24 +206,44 @@ def _curves(arguments: argparse.Namespace) -> int:
 # What they are made of.
 
 
-def load_model(file: Path) -> tuple[MusculoskeletalModel, Motion]:
-    """Model and motion of a Python file that defines `build()` and `motion()`.
+def load_model(
+    file: Path, motion: Path | None = None, cutoff: float | None = None
+) -> tuple[MusculoskeletalModel, Motion]:
+    """Model and motion of a Python file that defines `build()` and `motion()`, or the model of an
+    `.osim` file with the motion of another file.
 
     Parameters
     ----------
     file : Path
-        It may import modules beside it.
+        A Python file may import modules beside it.
+    motion : Path, optional
+        The motion's file (`.mot`, `.sto`), with an `.osim` file.
+    cutoff : float, optional
+        Cut-off frequency [Hz] of the motion's low-pass filter.
 
     Raises
     ------
     FileNotFoundError
     ModelError
-        The file cannot be imported, lacks a function, or one fails or returns something else.
+        The file cannot be imported, lacks a function, or one fails or returns something else; or a
+        motion is missing or too much.
+    ModelFileError, StorageError, MotionError
+        An `.osim` file or its motion cannot be used.
     """
     from .errors import ModelError
     from .model import MusculoskeletalModel
     from .motion import Motion
 
+    if file.suffix.lower() == ".osim":
+        if motion is None:
+            raise ModelError(f"{file}: a model file of OpenSim needs --motion FILE.mot")
+        from . import opensim
+
+        model = opensim.load_model(file)
+        units = model.skeleton.units
+        return model, Motion.from_file(motion, model.coordinates, units, cutoff=cutoff)
+    if motion is not None or cutoff is not None:
+        raise ModelError(f"{file}: --motion and --cutoff belong to an .osim file")
     parts: list[Any] = []
     with _imported(file, "model") as module:
         for function, kind in (("build", MusculoskeletalModel), ("motion", Motion)):
@@ -650,9 +670,22 @@ def _parser() -> argparse.ArgumentParser:
     def common(added: argparse.ArgumentParser) -> None:
         added.add_argument(
             "model",
-            metavar="MODEL.py",
+            metavar="MODEL",
             type=Path,
-            help="Python file with build() -> MusculoskeletalModel and motion() -> Motion",
+            help="Python file with build() -> MusculoskeletalModel and motion() -> Motion, or "
+            "OpenSim model (.osim)",
+        )
+        added.add_argument(
+            "--motion",
+            metavar="FILE",
+            type=Path,
+            help="OpenSim model: motion file (.mot or .sto) with all its coordinates",
+        )
+        added.add_argument(
+            "--cutoff",
+            metavar="HZ",
+            type=float,
+            help="OpenSim model: low-pass filter of the motion; default none",
         )
         added.add_argument(
             "--out",

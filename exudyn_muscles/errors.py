@@ -40,6 +40,10 @@ class StorageError(ExudynMusclesError, ValueError):
     """A storage file (`.sto`, `.mot`) is damaged, or a storage lacks what is asked of it."""
 
 
+class ModelFileError(ExudynMusclesError, ValueError):
+    """A model file (`.osim`) is damaged, or holds what cannot be represented."""
+
+
 class WindowError(ExudynMusclesError, RuntimeError):
     """The muscle equations could not be integrated over a time step."""
 

@@ -1,16 +1,11 @@
-"""The OpenSim models of the reference tables: their muscles, and sliding blocks as Exudyn systems.
-
-Read from the .osim files in place, in their three versions. It reads what these files hold and is
-no importer: a property that a file leaves out has the default of its OpenSim class.
+"""The OpenSim models of the reference tables, in place and in their three versions: as the importer
+builds them, and their muscles read apart from it, whatever joints the file has.
 """
 
 import dataclasses
 import xml.etree.ElementTree as ElementTree
 
-import exudyn as exu
 import numpy as np
-from exudyn.utilities import RigidBodyInertia, TreeLink
-from scipy.spatial.transform import Rotation
 
 import exudyn_muscles as em
 
@@ -56,9 +51,14 @@ VELOCITY = (
 STRAINS = ("strain_at_zero_force", "strain_at_one_norm_force")
 
 
+def path_of(name):
+    """A model's file."""
+    return REFERENCE.parent / "models" / FILES[name]
+
+
 def elements(name):
     """The model's file and its muscles."""
-    root = ElementTree.parse(REFERENCE.parent / "models" / FILES[name]).getroot()
+    root = ElementTree.parse(path_of(name)).getroot()
     found = [item for item in root.iter() if item.tag in (THELEN, MILLARD)]
     if name == "arm26_millard":  # made by replacing the class's name
         for item in found:
@@ -117,59 +117,11 @@ def muscles(name):
     return em.MuscleSet(read_muscle(element) for element in elements(name)[1])
 
 
-def block(name, **changes):
-    """A block on a slider, its muscles along straight lines, as an Exudyn system.
-
-    The tree's one link has the axes of the joint's frame on the block. `changes` replace the
-    muscles' own parameters.
-    """
-    root, found = elements(name)
-    body = next(item for item in root.iter("Body") if item.get("name") == "block")
-    joint = next(root.iter("SliderJoint"))
-    if joint.find("frames") is None:
-        names = ("location_in_parent", "orientation_in_parent", "location", "orientation")
-        numbers_of = [vector(joint.findtext(name)) for name in names]
-    else:
-        names = ("translation", "orientation")
-        numbers_of = [
-            vector(frame.findtext(name)) for frame in joint.find("frames") for name in names
-        ]
-    origin, angles, child_origin, child_angles = numbers_of
-    axes, child_axes = (
-        Rotation.from_euler("XYZ", each).as_matrix() for each in (angles, child_angles)
-    )
-    joint_frame = np.eye(4)
-    joint_frame[:3, :3], joint_frame[:3, 3] = axes, origin
-
-    def on_link(position):
-        return child_axes.T @ (position - child_origin)
-
-    def point(element):
-        owner = element.findtext("socket_parent_frame") or element.findtext("body")
-        position = vector(element.findtext("location"))
-        if owner.strip().endswith("ground"):
-            return em.PathPoint(position)
-        return em.PathPoint(on_link(position), link=0)
-
-    SC = exu.SystemContainer()
-    mbs = SC.AddSystem()
-    link = TreeLink(
-        jointType=exu.JointType.PrismaticX,
-        parent=-1,
-        jointHT=joint_frame,
-        linkInertia=RigidBodyInertia(
-            mass=float(body.findtext("mass")),
-            inertiaTensor=np.eye(3),  # a slider does not turn
-            com=on_link(vector(body.findtext("mass_center"))),
-        ),
-    )
-    tree = mbs.CreateKinematicTree(
-        listOfTreeLinks=[link], gravity=vector(next(root.iter("gravity")).text)
-    )
-    mbs.Assemble()
-    units = [
-        dataclasses.replace(read_muscle(item, map(point, item.iter("PathPoint"))), **changes)
-        for item in found
-    ]
-    coordinate = next(joint.iter("Coordinate")).get("name")
-    return em.MusculoskeletalModel(mbs, tree, units, coordinates=[coordinate])
+def load(name, **changes):
+    """A model as the importer builds it; `changes` replace the muscles' own parameters."""
+    model = em.opensim.load_model(path_of(name))
+    if not changes:
+        return model
+    units = [dataclasses.replace(muscle, **changes) for muscle in model.muscles]
+    tree = model.skeleton.object
+    return em.MusculoskeletalModel(model.mbs, tree, units, coordinates=model.coordinates)

@@ -1,0 +1,9 @@
+"""Models of OpenSim: `.osim` files as Exudyn systems with muscles.
+
+What a file holds and cannot be represented here is refused by name, with its line.
+"""
+
+from .joints import Coordinate
+from .load import load_model, read_coordinates
+
+__all__ = ["Coordinate", "load_model", "read_coordinates"]

@@ -1,0 +1,310 @@
+"""Bodies, frames and joints as links of a tree.
+
+A joint becomes as many links as it has axes that move, all but the last without mass. A body is
+fixed to the last of them, or to its parent's link if the joint is a weld.
+"""
+
+from __future__ import annotations
+
+import posixpath
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..muscle.curves import Curve
+from ..path.tree import GROUND, PRISMATIC
+from .document import Element
+from .functions import Line, as_curve
+from .joints import Axis, Coordinate, read_axes
+
+PARTS = ("WrapObjectSet", "components")
+GROUND_PATH = "/ground"
+ZERO = (0.0, 0.0, 0.0)
+Z = 2  # the axis of a link's joint where none of x, y, z has the right direction
+
+
+class Place(NamedTuple):
+    """Where a frame is: its `link`, -1 for ground, and its `pose` (4, 4) in the link's frame."""
+
+    link: int
+    pose: np.ndarray
+
+    def at(self, position: np.ndarray) -> np.ndarray:
+        """A position of the frame in the link's frame (3,)."""
+        return self.pose[:3, :3] @ position + self.pose[:3, 3]
+
+
+@dataclass
+class Inertia:
+    """Mass [kg], first moment m c (3,) and inertia (3, 3) about the origin of a link's frame."""
+
+    mass: float
+    moment: np.ndarray
+    tensor: np.ndarray
+
+    def add(self, mass: float, center: np.ndarray, tensor: np.ndarray) -> None:
+        """Add a body from its mass, its center and its inertia about that."""
+        self.mass += mass
+        self.moment = self.moment + mass * center
+        spread = (center @ center) * np.eye(3) - np.outer(center, center)
+        self.tensor = self.tensor + tensor + mass * spread
+
+
+@dataclass
+class Link:
+    """A link of the tree and its joint.
+
+    Attributes
+    ----------
+    joint : int
+        0, 1, 2: revolute about the local x, y, z axis; 3, 4, 5: prismatic.
+    parent : int
+        -1 for ground.
+    frame : (4, 4) ndarray
+        Of the joint, in the parent's.
+    coordinate : Coordinate
+    follows : Curve or None
+        None: the link's coordinate is `coordinate` itself; else it is this function of it.
+    inertia : Inertia
+    """
+
+    joint: int
+    parent: int
+    frame: np.ndarray
+    coordinate: Coordinate
+    follows: Curve | None
+    inertia: Inertia
+
+
+class End(NamedTuple):
+    """A joint between the paths of two bodies, with its frame (4, 4) on either."""
+
+    joint: Element
+    parent: str
+    before: np.ndarray
+    child: str
+    behind: np.ndarray
+
+
+def pose(angles: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """A pose (4, 4) from body-fixed angles about x, y and z, and a position."""
+    H = np.eye(4)
+    H[:3, :3], H[:3, 3] = Rotation.from_euler("XYZ", angles).as_matrix(), position
+    return H
+
+
+class Bodies:
+    """The bodies of a model, joined to links.
+
+    Attributes
+    ----------
+    links : list of Link
+    coordinates : list of Coordinate
+        All that the file has.
+    places : dict of str to Place
+        Of ground and the bodies, by their paths (`/ground`, `/bodyset/femur`).
+    wraps : list of (Element, Place)
+        Surfaces with the frames that they are given in.
+
+    Raises
+    ------
+    ModelFileError
+        Something is damaged or cannot be represented; names it.
+    """
+
+    def __init__(self, model: Element) -> None:
+        self.links: list[Link] = []
+        self.coordinates: list[Coordinate] = []
+        self.places = {GROUND_PATH: Place(GROUND, np.eye(4))}
+        self._owners: dict[str, Element] = {}
+        self._offsets: dict[str, tuple[str, np.ndarray]] = {}
+        ground = model.find("Ground")
+        if ground is not None:
+            ground.allow(*PARTS)
+            self._add_owner(GROUND_PATH, ground)
+        bodies = model.items("BodySet")
+        for body in bodies:
+            if body.tag != "Body":
+                body.refuse()
+            self._add_owner(_body_path(body.name), body)
+        joints = model.items("JointSet")
+        for joint in joints:
+            self._add_offsets(_joint_path(joint), joint.items("frames"))
+        for body in bodies:
+            joints += body.items("Joint")  # before version 4
+        self._join([self._end(joint) for joint in joints])
+        for body in bodies:
+            path = _body_path(body.name)
+            if path not in self.places:
+                raise body.error("no joint leads to it")
+            self._add_inertia(self.places[path], body)
+        names = [coordinate.name for coordinate in self.coordinates]
+        for name in names:
+            if names.count(name) > 1:
+                raise model.error(f"more than one coordinate is called '{name}'")
+        self.wraps = [
+            (surface, self._place(path))
+            for path, owner in self._owners.items()
+            for surface in owner.items("WrapObjectSet")
+        ]
+
+    def place(self, element: Element) -> Place:
+        """Where the frame is that an element names."""
+        return self._place(self._path(element, "/"))
+
+    def _place(self, path: str) -> Place:
+        body, offset = self._on_body(path)
+        link, H = self.places[body]
+        return Place(link, H @ offset)
+
+    def _on_body(self, path: str) -> tuple[str, np.ndarray]:
+        """The body that a frame is on, and the frame's pose on it."""
+        H, passed = np.eye(4), set()
+        while path in self._offsets:
+            if path in passed:
+                raise self._owners[path].error("the frames are on one another, in a circle")
+            passed.add(path)
+            path, step = self._offsets[path]
+            H = step @ H
+        return path, H
+
+    def _path(self, element: Element, owner: str) -> str:
+        """The path of a frame named in an element of the component `owner`, or of a body's name."""
+        path = posixpath.normpath(posixpath.join(owner, element.text))
+        for candidate in (path, _body_path(element.text)):
+            if candidate in self._owners or candidate == GROUND_PATH:
+                return candidate
+        raise element.error(f"there is no frame '{element.text}'")
+
+    def _add_owner(self, path: str, owner: Element) -> None:
+        """Add a body or frame, with the frames among its components."""
+        if path in self._owners:
+            raise owner.error(f"there is another one, in line {self._owners[path].line}")
+        self._owners[path] = owner
+        self._add_offsets(path, owner.items("components"))
+
+    def _add_offsets(self, path: str, frames: list[Element]) -> None:
+        for frame in frames:
+            if frame.tag != "PhysicalOffsetFrame":
+                frame.refuse()
+            frame.allow("socket_parent", "translation", "orientation", *PARTS)
+            self._add_owner(f"{path}/{frame.name}", frame)
+        for frame in frames:
+            own = f"{path}/{frame.name}"
+            parent = self._path(frame.get("socket_parent"), own)
+            self._offsets[own] = parent, _pose(frame, "orientation", "translation")
+
+    def _end(self, joint: Element) -> End:
+        """Where a joint is."""
+        body = joint.parent and joint.parent.parent
+        if body is not None and body.tag == "Body":  # before version 4
+            before = _pose(joint, "orientation_in_parent", "location_in_parent")
+            behind = _pose(joint, "orientation", "location")
+            parent = self._path(joint.get("parent_body"), "/")
+            return End(joint, parent, before, _body_path(body.name), behind)
+        own = _joint_path(joint)
+        parent, before = self._on_body(self._path(joint.get("socket_parent_frame"), own))
+        child, behind = self._on_body(self._path(joint.get("socket_child_frame"), own))
+        return End(joint, parent, before, child, behind)
+
+    def _join(self, ends: list[End]) -> None:
+        """Place the bodies, from ground outwards."""
+        while ends:
+            ready = [end for end in ends if end.parent in self.places]
+            if not ready:
+                raise ends[0].joint.error("no chain of joints leads from ground to its parent")
+            ends = [end for end in ends if end.parent not in self.places]
+            for joint, parent, before, child, behind in ready:
+                if child in self.places:
+                    raise joint.error("the body behind it has been reached by another joint")
+                link, H = self.places[parent]
+                coordinates, axes = read_axes(joint)
+                self.coordinates += coordinates
+                link, H = self._move(link, H @ before, axes)
+                self.places[child] = Place(link, H @ np.linalg.inv(behind))
+                moving = {each.coordinate.name for each in self.links}
+                for coordinate in coordinates:
+                    if not coordinate.locked and coordinate.name not in moving:
+                        raise joint.error(f"coordinate '{coordinate.name}' moves nothing")
+
+    def _move(self, link: int, H: np.ndarray, axes: list[Axis]) -> Place:
+        """The frame behind a joint whose axes begin at the frame `H` of a link; adds its links."""
+        leading: dict[str, Axis] = {}
+        for axis in axes:
+            if axis.coordinate is not None and axis.is_own:
+                leading.setdefault(axis.coordinate.name, axis)
+        for axis in axes:
+            if axis.fixed is not None or axis.coordinate is None:
+                H = H @ _moved(axis, axis.fixed or 0.0)
+                continue
+            follows, direction = None, axis.direction
+            if leading.get(axis.coordinate.name) is axis and isinstance(axis.function, Line):
+                direction = axis.function.slope * direction
+                H = H @ _moved(axis, axis.function.value)
+            else:
+                follows = as_curve(axis.function)
+            if follows is not None:  # until trees can have dependent coordinates
+                raise axis.element.error(
+                    f"this axis follows '{axis.coordinate.name}' by a function, which makes a "
+                    "dependent coordinate and cannot be represented yet"
+                )
+            number, turn = _aligned(direction)
+            joint = number if axis.rotates else number + PRISMATIC
+            nothing = Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
+            self.links.append(Link(joint, link, H @ turn, axis.coordinate, follows, nothing))
+            link, H = len(self.links) - 1, turn.T
+        return Place(link, H)
+
+    def _add_inertia(self, place: Place, body: Element) -> None:
+        """Add a body's mass to its link; ground needs none."""
+        products = [f"inertia_{xy}" for xy in ("xx", "yy", "zz", "xy", "xz", "yz")]
+        body.allow("mass", "mass_center", "inertia", *products, "Joint", *PARTS)
+        if place.link == GROUND:
+            return
+        mass, center = body.number("mass"), body.vector("mass_center", default=ZERO)
+        if mass < 0.0:
+            raise body.get("mass").error(f"{mass:g} kg is negative")
+        if body.find("inertia") is not None:
+            I = body.vector("inertia", 6)
+        else:
+            I = np.array([body.number(product) for product in products])
+        R = place.pose[:3, :3]
+        tensor = R @ I[[0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(3, 3) @ R.T
+        self.links[place.link].inertia.add(mass, place.at(center), tensor)
+
+
+def _body_path(name: str) -> str:
+    return GROUND_PATH if name == "ground" else f"/bodyset/{name}"
+
+
+def _joint_path(joint: Element) -> str:
+    return f"/jointset/{joint.name}"
+
+
+def _pose(element: Element, angles: str, position: str) -> np.ndarray:
+    """The pose (4, 4) of a frame from body-fixed angles about x, y and z, and its position."""
+    return pose(element.vector(angles, default=ZERO), element.vector(position, default=ZERO))
+
+
+def _aligned(direction: np.ndarray) -> tuple[int, np.ndarray]:
+    """The number of a local axis and the pose (4, 4) that turns it to a direction (3,)."""
+    for number in range(3):
+        if np.array_equal(direction, np.eye(3)[number]):
+            return number, np.eye(4)
+    x = np.cross(np.eye(3)[np.abs(direction).argmin()], direction)
+    x /= np.linalg.norm(x)
+    H = np.eye(4)
+    H[:3, :3] = np.transpose([x, np.cross(direction, x), direction])
+    return Z, H
+
+
+def _moved(axis: Axis, value: float) -> np.ndarray:
+    """The pose (4, 4) of a frame moved along or about an axis."""
+    H = np.eye(4)
+    if axis.rotates:
+        H[:3, :3] = Rotation.from_rotvec(value * axis.direction).as_matrix()
+    else:
+        H[:3, 3] = value * axis.direction
+    return H

@@ -1,0 +1,211 @@
+"""XML of model files as elements that know their place in the file.
+
+The files come from strangers: a DOCTYPE is refused and with it every entity, nothing is fetched,
+and size and depth are limited.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NoReturn
+from xml.parsers import expat
+
+import numpy as np
+
+from ..errors import ModelFileError
+
+LARGEST = 200e6  # bytes
+DEEPEST = 200  # elements within each other
+OLDEST, NEWEST = 20000, 50000
+# What tells how things look, or arranges them, in every version.
+HARMLESS = frozenset(
+    ["Appearance", "FrameGeometry", "VisibleObject", "attached_geometry", "default_color", "groups"]
+)
+NOT_TOLD = ("", "OpenSimDocument", "Model", "objects")  # on the way to an element
+TRUTH = {"true": True, "false": False, "1": True, "0": False}
+
+
+@dataclass(eq=False)
+class Element:
+    """An element of a model file.
+
+    Attributes
+    ----------
+    file : str
+    tag, name : str
+        The name is empty if it has none.
+    line : int
+        Where it begins, from 1.
+    parent : Element or None
+    children : list of Element
+    text : str
+        Without blanks at both ends.
+    """
+
+    file: str
+    tag: str
+    name: str
+    line: int
+    parent: Element | None
+    children: list[Element] = field(default_factory=list)
+    text: str = ""
+
+    def __str__(self) -> str:
+        named = self.name and not self.tag.endswith("Set")
+        return f"{self.tag} '{self.name}'" if named else self.tag
+
+    def error(self, text: str) -> ModelFileError:
+        """An error about this element, with its place in the file."""
+        path, element = [str(self)], self.parent
+        while element is not None:
+            if element.tag not in NOT_TOLD:
+                path.insert(0, str(element))
+            element = element.parent
+        return ModelFileError(f"{self.file}, line {self.line}: {' / '.join(path)}: {text}")
+
+    def refuse(self) -> NoReturn:
+        """Raise ModelFileError: this cannot be represented."""
+        raise self.error("this cannot be represented")
+
+    def allow(self, *tags: str) -> None:
+        """Raise ModelFileError unless all children are known, or harmless."""
+        for child in self.children:
+            if child.tag not in tags and child.tag not in HARMLESS:
+                raise child.error("this is not known, and might change what the model does")
+
+    def properties(self) -> list[Element]:
+        """The children, if each of them is the only one with its tag."""
+        for child in self.children:
+            self.find(child.tag)
+        return self.children
+
+    def find(self, *tags: str) -> Element | None:
+        """The one child with one of these tags, if there is any."""
+        found = [child for child in self.children if child.tag in tags]
+        if len(found) > 1:
+            raise found[1].error(f"given before, in line {found[0].line}")
+        return found[0] if found else None
+
+    def get(self, *tags: str) -> Element:
+        """The one child with one of these tags."""
+        found = self.find(*tags)
+        if found is None:
+            raise self.error(f"there is no {' or '.join(tags)} in it")
+        return found
+
+    def items(self, tag: str) -> list[Element]:
+        """The members of the set `tag`, if there is one."""
+        found = self.find(tag)
+        if found is None:
+            return []
+        objects = found.find("objects")
+        if objects is not None:
+            found.allow("objects")
+            return list(objects.children)
+        return [member for member in found.children if member.tag != "groups"]
+
+    def object(self, tag: str) -> Element:
+        """The object that is the property `tag`: in an element of that tag, or of that name."""
+        named = [child for child in self.children if child.name == tag]
+        found = self.find(tag)
+        inside = named if found is None else found.children
+        if len(inside) != 1:
+            raise self.error(f"expected one object as its {tag}, found {len(inside)}")
+        return inside[0]
+
+    def word(self, *tags: str, default: str | None = None) -> str:
+        """A property's text, or the default if it is not there or empty."""
+        found = self.find(*tags) if default is not None else self.get(*tags)
+        if found is not None and found.text:
+            return found.text
+        if default is None:
+            raise self.get(*tags).error("it is empty")
+        return default
+
+    def flag(self, tag: str, default: bool = False) -> bool:
+        """Whether a property is true."""
+        word = self.word(tag, default=str(default)).lower()
+        if word not in TRUTH:
+            raise self.get(tag).error(f"expected true or false, got '{word}'")
+        return TRUTH[word]
+
+    def number(self, tag: str, default: float | None = None, *, infinite: bool = False) -> float:
+        """A property that is one number."""
+        if default is not None and not self.word(tag, default=""):
+            return default
+        return float(self.get(tag).numbers(1, infinite=infinite)[0])
+
+    def vector(self, tag: str, size: int = 3, default: Sequence[float] | None = None) -> np.ndarray:
+        """A property that is several numbers (size,)."""
+        if default is not None and not self.word(tag, default=""):
+            return np.array(default, dtype=float)
+        return self.get(tag).numbers(size)
+
+    def numbers(self, size: int | None = None, *, infinite: bool = False) -> np.ndarray:
+        """The text as numbers (size,)."""
+        try:
+            values = np.array([float(word) for word in self.text.split()])
+        except ValueError:
+            values = np.array([math.nan])
+        if np.isnan(values).any() or not (infinite or np.isfinite(values).all()):
+            raise self.error(f"expected numbers, got '{self.text[:60]}'")
+        if size is not None and values.size != size:
+            raise self.error(f"expected {size} numbers, got {values.size}")
+        return values
+
+
+def read_document(file: str | Path) -> Element:
+    """The `Model` of an `.osim` file.
+
+    Raises
+    ------
+    ModelFileError
+        It is no such file, is damaged, or has a version other than 2 to 4.
+    FileNotFoundError
+    """
+    if Path(file).stat().st_size > LARGEST:
+        raise ModelFileError(f"{file}: larger than {LARGEST:g} bytes")
+    root = _parsed(str(file), Path(file).read_bytes())
+    document = root.children[0]
+    if document.tag != "OpenSimDocument":
+        raise document.error("this is not a model file of OpenSim 2 to 4")
+    version = document.name
+    if not version.isdecimal() or not OLDEST <= int(version) < NEWEST:
+        raise document.error(f"format version '{version}' is not one of OpenSim 2 to 4")
+    return document.get("Model")
+
+
+def _parsed(file: str, data: bytes) -> Element:
+    """The file's elements below one without a tag."""
+    parser = expat.ParserCreate()
+    root = Element(file, "", "", 0, None)
+    texts: list[list[str]] = [[]]
+    open_elements = [root]
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        if len(open_elements) > DEEPEST:
+            raise open_elements[-1].error(f"more than {DEEPEST} elements within each other")
+        name = attributes.get("Version" if tag == "OpenSimDocument" else "name", "")
+        parent = open_elements[-1]
+        element = Element(file, tag, name, parser.CurrentLineNumber, parent)
+        parent.children.append(element)
+        open_elements.append(element)
+        texts.append([])
+
+    def end(tag: str) -> None:
+        open_elements.pop().text = "".join(texts.pop()).strip()
+
+    def doctype(*_: object) -> None:
+        raise ModelFileError(f"{file}, line {parser.CurrentLineNumber}: a DOCTYPE is refused")
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler = lambda text: texts[-1].append(text)
+    parser.StartDoctypeDeclHandler = doctype
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        raise ModelFileError(f"{file}: not well-formed XML: {error}") from None
+    return root

@@ -1,0 +1,56 @@
+"""Functions of a coordinate, as joints and moving path points have them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..muscle.curves import Curve
+from ..path.points import simm_spline
+from .document import Element
+
+
+class Line(NamedTuple):
+    """slope * q + value."""
+
+    slope: float
+    value: float
+
+
+def read_function(element: Element, factor: float = 1.0) -> Line | Curve:
+    """A function of a file, times a factor.
+
+    Raises
+    ------
+    ModelFileError
+        It is of a class that cannot be represented.
+    """
+    if element.tag == "Constant":
+        element.allow("value")
+        return Line(0.0, factor * element.number("value", 0.0))
+    if element.tag == "LinearFunction":
+        element.allow("coefficients")
+        slope, value = factor * element.vector("coefficients", 2, (1.0, 0.0))
+        return Line(float(slope), float(value))
+    if element.tag == "MultiplierFunction":
+        function = element.object("function")
+        element.allow("scale", "function", function.tag)
+        return read_function(function, factor * element.number("scale", 1.0))
+    if element.tag == "SimmSpline":
+        element.allow("x", "y")
+        x, y = element.get("x").numbers(), element.get("y").numbers()
+        try:
+            return simm_spline(x.tolist(), (factor * y).tolist())
+        except ParameterError as error:
+            raise element.error(str(error)) from None
+    element.refuse()
+
+
+def as_curve(function: Line | Curve) -> Curve:
+    """The function as a curve."""
+    if isinstance(function, Curve):
+        return function
+    slope, value = function
+    return Curve(lambda x: slope * np.asarray(x) + value, (-1.0, 1.0))

@@ -1,0 +1,172 @@
+"""Joints as axes one after the other, each with a function of a coordinate.
+
+Translations along axes of the parent's frame come before rotations about axes that turn along.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..muscle.curves import Curve
+from .document import Element
+from .functions import Line, as_curve, read_function
+
+X, Y, Z = np.eye(3)
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """What a file says about a coordinate.
+
+    Attributes
+    ----------
+    name : str
+    default_value, default_speed : float
+        [rad or m, /s].
+    range : (2,) tuple of float
+        Lowest and highest value [rad or m]; nothing keeps to it here.
+    clamped : bool
+        OpenSim keeps to the range where a user sets a value.
+    locked : bool
+        Held at its default value: the model has no such coordinate.
+    """
+
+    name: str
+    default_value: float
+    default_speed: float
+    range: tuple[float, float]
+    clamped: bool
+    locked: bool
+
+
+class Axis(NamedTuple):
+    """One axis of a joint.
+
+    `rotates` about or moves along `direction` (3,), of length one, by the `function` of
+    `coordinate`, which is None for constants. `element` is its place in the file.
+    """
+
+    rotates: bool
+    direction: np.ndarray
+    coordinate: Coordinate | None
+    function: Line | Curve
+    element: Element
+
+    @property
+    def fixed(self) -> float | None:
+        """Its value if it does not move, else None."""
+        if isinstance(self.function, Line) and self.function.slope == 0.0:
+            return self.function.value
+        if self.coordinate is not None and not self.coordinate.locked:
+            return None
+        at = 0.0 if self.coordinate is None else self.coordinate.default_value
+        return float(as_curve(self.function)(at))
+
+    @property
+    def is_own(self) -> bool:
+        """Whether it moves by its coordinate itself, to either side."""
+        moves = isinstance(self.function, Line) and abs(self.function.slope) == 1.0
+        return moves and self.fixed is None
+
+
+# Of every class: whether an axis rotates, its direction, and the number of its coordinate.
+CLASSES: dict[str, tuple[tuple[bool, np.ndarray, int], ...]] = {
+    "WeldJoint": (),
+    "PinJoint": ((True, Z, 0),),
+    "SliderJoint": ((False, X, 0),),
+    "UniversalJoint": ((True, X, 0), (True, Y, 1)),
+    "BallJoint": ((True, X, 0), (True, Y, 1), (True, Z, 2)),
+    "GimbalJoint": ((True, X, 0), (True, Y, 1), (True, Z, 2)),
+    "PlanarJoint": ((False, X, 1), (False, Y, 2), (True, Z, 0)),
+    "FreeJoint": (
+        (False, X, 3), (False, Y, 4), (False, Z, 5), (True, X, 0), (True, Y, 1), (True, Z, 2)
+    ),
+}  # fmt: skip
+FRAMES = ("frames", "socket_parent_frame", "socket_child_frame")
+OLD_FRAMES = (
+    "parent_body", "location_in_parent", "orientation_in_parent", "location", "orientation",
+    "reverse",
+)  # fmt: skip
+COORDINATES = ("coordinates", "CoordinateSet")
+
+
+def read_axes(joint: Element) -> tuple[list[Coordinate], list[Axis]]:
+    """A joint's coordinates and axes.
+
+    Raises
+    ------
+    ModelFileError
+        It is of a class that cannot be represented, or lacks something.
+    """
+    custom = joint.tag == "CustomJoint"
+    if not custom and joint.tag not in CLASSES:
+        joint.refuse()
+    joint.allow(*FRAMES, *OLD_FRAMES, *COORDINATES, *(["SpatialTransform"] if custom else []))
+    if joint.flag("reverse"):
+        joint.get("reverse").refuse()
+    members = [*joint.items("coordinates"), *joint.items("CoordinateSet")]
+    coordinates = [_coordinate(member) for member in members]
+    if custom:
+        return coordinates, _custom_axes(joint, coordinates)
+    table = CLASSES[joint.tag]
+    if len(coordinates) != len(table):
+        raise joint.error(f"expected {len(table)} coordinates, found {len(coordinates)}")
+    line = Line(1.0, 0.0)
+    return coordinates, [
+        Axis(rotates, direction, coordinates[k], line, joint) for rotates, direction, k in table
+    ]
+
+
+def _coordinate(element: Element) -> Coordinate:
+    if element.tag != "Coordinate":
+        element.refuse()
+    element.allow(
+        "motion_type", "default_value", "default_speed_value", "initial_value", "range", "clamped",
+        "locked", "prescribed_function", "prescribed", "is_free_to_satisfy_constraints",
+    )  # fmt: skip
+    if element.flag("prescribed"):
+        element.get("prescribed").refuse()
+    low, high = element.vector("range", 2, (-10.0, 10.0))
+    return Coordinate(
+        element.name,
+        element.number("default_value", 0.0),
+        element.number("default_speed_value", 0.0),
+        (float(low), float(high)),
+        element.flag("clamped"),
+        element.flag("locked"),
+    )
+
+
+def _custom_axes(joint: Element, coordinates: list[Coordinate]) -> list[Axis]:
+    transform = joint.get("SpatialTransform")
+    transform.allow("TransformAxis")
+    order = [f"{kind}{k}" for kind in ("rotation", "translation") for k in (1, 2, 3)]
+    given = sorted(transform.children, key=lambda item: item.name)
+    names = [item.name for item in given]
+    if names != order:
+        raise transform.error(f"expected the axes {', '.join(order)}, found {', '.join(names)}")
+    # Translations come before rotations.
+    return [_custom_axis(item, coordinates) for item in (*given[3:], *given[:3])]
+
+
+def _custom_axis(element: Element, coordinates: list[Coordinate]) -> Axis:
+    function = element.object("function")
+    element.allow("coordinates", "axis", "function", function.tag)
+    direction = element.vector("axis")
+    length = np.linalg.norm(direction)
+    if not length > 0.0:
+        raise element.get("axis").error("its length is zero")
+    names = element.word("coordinates", default="").split()
+    if len(names) > 1:
+        raise element.get("coordinates").error("a function of several coordinates")
+    found = [coordinate for coordinate in coordinates if coordinate.name in names]
+    if len(found) != len(names):
+        raise element.get("coordinates").error(f"the joint has no coordinate '{names[0]}'")
+    given = read_function(function)
+    if not names and not (isinstance(given, Line) and given.slope == 0.0):
+        raise element.error("a function without a coordinate")
+    rotates = element.name.startswith("rotation")
+    return Axis(rotates, direction / length, found[0] if found else None, given, element)

@@ -1,0 +1,118 @@
+"""From a model file to an Exudyn system with muscles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import exudyn as exu
+import numpy as np
+from exudyn.utilities import RigidBodyInertia, TreeLink
+
+from ..errors import ParameterError
+from ..model import MusculoskeletalModel
+from ..skeleton import JOINTS
+from .bodies import Bodies, Link
+from .document import Element, read_document
+from .joints import Coordinate
+from .muscles import CLASSES, read_muscle, read_reserve
+
+TYPES = {number: joint for joint, number in JOINTS.items()}
+# What a model may hold, what of it does not matter, and what has to be empty or switched off.
+READ = ("Ground", "gravity", "BodySet", "JointSet", "ForceSet")
+HARMLESS = (
+    "credits", "publications", "length_units", "force_units", "assembly_accuracy", "MarkerSet",
+    "ContactGeometrySet", "ProbeSet", "ModelVisualPreferences", "notes",
+)  # fmt: skip
+REFUSED = ("ControllerSet", "ConstraintSet", "ComponentSet", "components", "defaults")
+ON = ("appliesForce", "isEnforced", "enabled")
+
+
+def load_model(file: str | Path) -> MusculoskeletalModel:
+    """The musculoskeletal model of an `.osim` file of OpenSim 2 to 4, on a new Exudyn system.
+
+    Bodies behind a weld join its parent's link, a joint with several coordinates becomes as many
+    links. Coordinates have the file's names and OpenSim's values; a locked one is no coordinate but
+    keeps its default value. The file's default pose is the system's initial state. Coordinate
+    actuators become reserves.
+
+    Parameters
+    ----------
+    file : str or Path
+
+    Raises
+    ------
+    ModelFileError
+        The file is damaged, or holds what cannot be represented: names it and its place. Only what
+        is to be looked at, markers, probes, contact geometry and what is switched off are left out.
+    FileNotFoundError
+    """
+    model = read_document(file)
+    model.allow(*READ, *HARMLESS, *REFUSED)
+    bodies = Bodies(model)
+    if not bodies.links:
+        raise model.error("it has no coordinates")
+    for tag in REFUSED:
+        for item in model.items(tag):
+            if _is_on(item):
+                item.refuse()
+    muscles, reserves = [], []
+    for force in model.items("ForceSet"):
+        if not _is_on(force):
+            continue
+        if force.tag in CLASSES:
+            muscles.append(read_muscle(force, bodies))
+        elif force.tag == "CoordinateActuator":
+            reserves.append(read_reserve(force))
+        else:
+            force.refuse()
+    gravity = model.vector("gravity", default=(0.0, -9.80665, 0.0))
+    mbs, tree = _build(bodies.links, gravity)
+    names = [link.coordinate.name for link in bodies.links]
+    try:
+        return MusculoskeletalModel(mbs, tree, muscles, coordinates=names, reserves=reserves)
+    except ParameterError as error:
+        raise model.error(str(error)) from None
+
+
+def read_coordinates(file: str | Path) -> tuple[Coordinate, ...]:
+    """What an `.osim` file says about its coordinates, with ranges and locked ones.
+
+    Raises
+    ------
+    ModelFileError
+        As `load_model`.
+    """
+    return tuple(Bodies(read_document(file)).coordinates)
+
+
+def _is_on(item: Element) -> bool:
+    """Whether a force, constraint or controller does anything."""
+    return all(item.flag(name, True) for name in ON) and not item.flag("isDisabled")
+
+
+def _build(links: list[Link], gravity: np.ndarray) -> tuple[exu.MainSystem, int]:
+    """The assembled system and its tree."""
+    SC = exu.SystemContainer()
+    mbs = SC.AddSystem()
+    tree = mbs.CreateKinematicTree(
+        listOfTreeLinks=[
+            TreeLink(
+                jointType=TYPES[link.joint],
+                parent=link.parent,
+                jointHT=link.frame,
+                linkInertia=_inertia(link),
+            )
+            for link in links
+        ],
+        initialCoordinates=[link.coordinate.default_value for link in links],
+        initialCoordinates_t=[link.coordinate.default_speed for link in links],
+        gravity=gravity,
+    )
+    mbs.Assemble()
+    return mbs, tree
+
+
+def _inertia(link: Link) -> RigidBodyInertia:
+    mass, moment, tensor = link.inertia.mass, link.inertia.moment, link.inertia.tensor
+    center = moment / mass if mass > 0.0 else np.zeros(3)
+    return RigidBodyInertia(mass=mass, inertiaTensor=tensor, com=center)

@@ -1,0 +1,297 @@
+"""Muscles with their paths and the surfaces that these wrap over, and ideal actuators."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from operator import mul
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..errors import ParameterError
+from ..muscle.activation import ActivationDynamics
+from ..muscle.curves import Curve
+from ..muscle.laws.de_groote_fregly_2016 import DeGrooteFregly2016
+from ..muscle.laws.law import MuscleLaw
+from ..muscle.laws.millard_2012 import (
+    PASSIVE_CURVINESS,
+    PASSIVE_LOW_STIFFNESS,
+    TENDON_CURVINESS,
+    TENDON_TOE,
+    VELOCITY_CURVINESS,
+    Millard2012,
+)
+from ..muscle.laws.thelen_2003 import Thelen2003
+from ..muscle.parameters import RANGES, Muscle
+from ..path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
+from ..path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapSurface
+from ..recruitment.optimization import Reserve
+from .bodies import Bodies, Place, pose
+from .document import Element
+from .functions import Line, as_curve, read_function
+
+
+class Class(NamedTuple):
+    """A muscle class of OpenSim.
+
+    Attributes
+    ----------
+    law : type
+    activation : ActivationDynamics
+    defaults : mapping
+        Of what is not our default.
+    names : mapping
+        Of properties that have another name here.
+    fixed : mapping
+        Values of properties that have no other value here.
+    """
+
+    law: type[MuscleLaw]
+    activation: ActivationDynamics
+    defaults: Mapping[str, float]
+    names: Mapping[str, str] = {}
+    fixed: Mapping[str, float] = {}
+
+
+CLASSES = {
+    "Thelen2003Muscle": Class(
+        Thelen2003,
+        ActivationDynamics.FIRST_ORDER,
+        {"activation_time_constant": 0.015, "deactivation_time_constant": 0.050},
+        {
+            "FmaxTendonStrain": "tendon_strain_at_one_norm_force",
+            "FmaxMuscleStrain": "fmax_muscle_strain",
+            "KshapeActive": "kshape_active",
+            "KshapePassive": "kshape_passive",
+            "Af": "af",
+            "Flen": "flen",
+        },
+    ),
+    "Millard2012EquilibriumMuscle": Class(
+        Millard2012,
+        ActivationDynamics.FIRST_ORDER,
+        {"activation_time_constant": 0.010, "deactivation_time_constant": 0.040},
+        {
+            "FiberForceLengthCurve/strain_at_zero_force": "fiber_strain_at_zero_force",
+            "FiberForceLengthCurve/strain_at_one_norm_force": "fiber_strain_at_one_norm_force",
+            "TendonForceLengthCurve/strain_at_one_norm_force": "tendon_strain_at_one_norm_force",
+        },
+        {
+            "ForceVelocityCurve/concentric_curviness": VELOCITY_CURVINESS[0],
+            "ForceVelocityCurve/eccentric_curviness": VELOCITY_CURVINESS[-1],
+            "FiberForceLengthCurve/stiffness_at_low_force": PASSIVE_LOW_STIFFNESS,
+            "FiberForceLengthCurve/curviness": PASSIVE_CURVINESS,
+            "TendonForceLengthCurve/norm_force_at_toe_end": TENDON_TOE,
+            "TendonForceLengthCurve/curviness": TENDON_CURVINESS,
+        },
+    ),
+    "DeGrooteFregly2016Muscle": Class(
+        DeGrooteFregly2016,
+        ActivationDynamics.SMOOTH,
+        {"activation_time_constant": 0.015, "deactivation_time_constant": 0.060},
+    ),
+}
+# What every muscle has in OpenSim if its file does not say it.
+UNIT = {"max_isometric_force": 1000.0, "optimal_fiber_length": 0.1, "tendon_slack_length": 0.2}
+CURVES = (
+    "ActiveForceLengthCurve", "ForceVelocityCurve", "FiberForceLengthCurve",
+    "TendonForceLengthCurve",
+)  # fmt: skip
+# These only say where a simulation starts and how OpenSim computes it, or nothing: the last three
+# are left over from the classes before Thelen2003Muscle.
+WITHOUT_INFLUENCE = (
+    "optimal_force", "default_activation", "default_fiber_length",
+    "default_normalized_tendon_force", "tendon_compliance_dynamics_mode", "Vmax", "Vmax0",
+    "damping",
+)  # fmt: skip
+FLAGS = ("ignore_activation_dynamics", "ignore_passive_fiber_force")  # refused if true
+PATHS = ("GeometryPath", "path")
+# Read apart from the numbers.
+OTHER = ("appliesForce", "isDisabled", "ignore_tendon_compliance", "min_control", "max_control")
+NUMBERS = {*RANGES, "tendon_strain_at_one_norm_force"}
+
+
+def read_muscle(element: Element, bodies: Bodies) -> Muscle:
+    """A muscle of a file.
+
+    Raises
+    ------
+    ModelFileError
+        Something is damaged or cannot be represented; names it.
+    """
+    kind = CLASSES[element.tag]
+    given: dict[str, Any] = {**UNIT, **kind.defaults}
+    for child in element.properties():
+        if child.tag in CURVES:
+            for inner in child.properties():
+                _add_number(kind, inner, given, f"{child.tag}/")
+        elif child.tag not in (*PATHS, *WITHOUT_INFLUENCE, *FLAGS, *OTHER):
+            _add_number(kind, child, given)
+    for flag in FLAGS:
+        if element.flag(flag):
+            element.get(flag).refuse()
+    own = _own(kind)
+    unit = {name: value for name, value in given.items() if name not in own}
+    try:
+        muscle = Muscle(
+            element.name,
+            **unit,
+            ignore_tendon_compliance=element.flag("ignore_tendon_compliance"),
+            activation_dynamics=kind.activation,
+            law=kind.law(**{name: value for name, value in given.items() if name in own}),
+        )
+    except ParameterError as error:
+        raise element.error(str(error)) from None
+    _check_controls(element, muscle.minimum_activation)
+    path = element.find("GeometryPath") or element.object("path")
+    if path.tag != "GeometryPath":
+        path.refuse()  # a function of the coordinates
+    path.allow("PathPointSet", "PathWrapSet")
+    points = [_point(point, bodies) for point in path.items("PathPointSet")]
+    wraps = [_wrap(wrap, bodies) for wrap in path.items("PathWrapSet")]
+    return dataclasses.replace(muscle, path=points, wraps=wraps)
+
+
+def _own(kind: Class) -> set[str]:
+    """Names of what belongs to a muscle's law."""
+    return {field.name for field in dataclasses.fields(kind.law)}  # type: ignore[arg-type]
+
+
+def _add_number(kind: Class, element: Element, given: dict[str, Any], where: str = "") -> None:
+    """Add a muscle's property to the numbers that are given."""
+    if not element.text and not element.children:
+        return  # optional
+    path = where + element.tag
+    name = kind.names.get(path, element.tag)
+    if path in kind.fixed:
+        if abs(element.numbers(1)[0] - kind.fixed[path]) > 1e-6:
+            raise element.error(f"{element.text}: only {kind.fixed[path]:g} can be represented")
+    elif name in NUMBERS | _own(kind):
+        given[name] = float(element.numbers(1)[0])
+    else:
+        raise element.error("this is not known, and might change what the muscle does")
+
+
+def _check_controls(element: Element, minimum: float) -> None:
+    """Raise ModelFileError unless controls run from the minimum activation to 1."""
+    if element.number("min_control", 0.0, infinite=True) > minimum:
+        raise element.get("min_control").error(f"more than the minimum activation {minimum:g}")
+    if element.number("max_control", 1.0, infinite=True) < 1.0:
+        raise element.get("max_control").error("less than 1")
+
+
+def read_reserve(element: Element) -> Reserve:
+    """An ideal actuator on a coordinate."""
+    element.allow(
+        "appliesForce", "isDisabled", "min_control", "max_control", "coordinate", "optimal_force"
+    )
+    try:
+        return Reserve(
+            element.word("coordinate"),
+            element.number("optimal_force", 1.0),
+            element.number("min_control", -math.inf, infinite=True),
+            element.number("max_control", math.inf, infinite=True),
+        )
+    except ParameterError as error:
+        raise element.error(str(error)) from None
+
+
+# Paths.
+
+
+def _point(element: Element, bodies: Bodies) -> PathPoint | MovingPathPoint:
+    """A point of a path."""
+    if element.tag not in ("PathPoint", "ConditionalPathPoint", "MovingPathPoint"):
+        element.refuse()
+    frame = ("socket_parent_frame", "body")
+    place = bodies.place(element.get(*frame))
+    if element.tag == "MovingPathPoint":
+        return _moving_point(element, place)
+    position = place.at(element.vector("location")).tolist()
+    if element.tag == "PathPoint":
+        element.allow(*frame, "location")
+        return PathPoint(position, place.link)
+    element.allow(*frame, "location", "range", "socket_coordinate", "coordinate")
+    coordinate = _coordinate(element, "socket_coordinate", "coordinate")
+    low, high = element.vector("range", 2)
+    return ConditionalPathPoint(
+        position, place.link, coordinate=coordinate, range=(float(low), float(high))
+    )
+
+
+def _moving_point(element: Element, place: Place) -> MovingPathPoint:
+    locations, coordinates = [f"{x}_location" for x in "xyz"], [f"{x}_coordinate" for x in "xyz"]
+    sockets = [f"socket_{coordinate}" for coordinate in coordinates]
+    element.allow("socket_parent_frame", "body", *locations, *coordinates, *sockets)
+    functions = [read_function(element.object(location)) for location in locations]
+    names = {
+        _coordinate(element, socket, name)
+        for function, socket, name in zip(functions, sockets, coordinates, strict=True)
+        if not (isinstance(function, Line) and function.slope == 0.0)
+    }
+    if len(names) != 1:
+        raise element.error(f"expected a point that moves with one coordinate, found {len(names)}")
+    curves = [as_curve(function) for function in functions]
+    breaks = np.unique(np.concatenate([curve.pieces[1:, 0] for curve in curves]))
+
+    def component(row: int) -> Curve:
+        *turn, shift = place.pose[row]
+        return Curve(lambda q: sum(map(mul, turn, (c(q) for c in curves)), shift), breaks.tolist())
+
+    x, y, z = (component(row) for row in range(3))
+    return MovingPathPoint(x, y, z, place.link, coordinate=names.pop())
+
+
+def _coordinate(element: Element, *tags: str) -> str:
+    """The coordinate that a point names, by its path or its name."""
+    return element.word(*tags).split("/")[-1]
+
+
+def _wrap(element: Element, bodies: Bodies) -> PathWrap:
+    """A surface that a path wraps over."""
+    element.allow("wrap_object", "method", "range")
+    name = element.word("wrap_object")
+    found = [each for each in bodies.wraps if each[0].name == name]
+    if len(found) != 1:
+        raise element.error(f"expected one surface '{name}', found {len(found)}")
+    first, last = (int(number) for number in element.vector("range", 2, (-1.0, -1.0)))
+    # From 1, and less for both ends of the path.
+    return PathWrap(_surface(*found[0]), max(first - 1, 0), last - 1 if last > 0 else -1)
+
+
+def _surface(element: Element, place: Place) -> WrapSurface:
+    """A surface given in a frame."""
+    sizes = {"WrapCylinder": ["radius", "length"], "WrapSphere": ["radius"]}
+    sizes["WrapEllipsoid"] = ["dimensions"]
+    if element.tag not in sizes:
+        element.refuse()
+    element.allow(
+        "active", "xyz_body_rotation", "translation", "quadrant", "display_preference",
+        *sizes[element.tag],
+    )  # fmt: skip
+    zero = (0.0, 0.0, 0.0)
+    given = pose(
+        element.vector("xyz_body_rotation", default=zero),
+        element.vector("translation", default=zero),
+    )
+    H = place.pose @ given
+    side = element.word("quadrant", default="all").lower().lstrip("+")
+    where = {
+        "link": place.link,
+        "position": H[:3, 3],
+        "rotation": Rotation.from_matrix(H[:3, :3]).as_euler("XYZ"),
+        "side": None if side == "all" else side,
+        "active": element.flag("active", True),
+        "name": element.name,
+    }
+    try:
+        if element.tag == "WrapCylinder":
+            return WrapCylinder(element.number("radius"), element.number("length"), **where)
+        if element.tag == "WrapSphere":
+            return WrapSphere(element.number("radius"), **where)
+        return WrapEllipsoid(element.vector("dimensions").tolist(), **where)
+    except ParameterError as error:
+        raise element.error(str(error)) from None

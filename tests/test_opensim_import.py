@@ -1,0 +1,577 @@
+"""Models of OpenSim on Exudyn systems: against numbers of OpenSim 4.6, against formulas where no
+reference model has a joint, and what is refused."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import exudyn_muscles as em
+from exudyn_muscles.opensim.bodies import Bodies
+from exudyn_muscles.opensim.document import read_document
+from exudyn_muscles.path.geometry import Geometry
+from exudyn_muscles.path.tree import link_frames
+
+from .differences import gradient
+from .opensim import REFERENCE, needs_opensim_files
+from .opensim_models import load, path_of
+
+BLOCKS = ["tug_of_war", "tug_of_war_millard", "twoMusclesOnBlock", "block_hanging_from_muscle"]
+STATES = range(20)
+
+
+class Loaded:
+    """A file as a model, with the poses of its bodies."""
+
+    def __init__(self, file):
+        self.model = em.opensim.load_model(file)
+        self.places = Bodies(read_document(file)).places
+
+    def pose(self, q, body):
+        """Rotation (3, 3) and position (3,) of a body."""
+        t, n = self.model.skeleton.tree, len(self.model.coordinates)
+        R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
+        link_frames(
+            t.joints, t.parents, t.rotations, t.offsets, t.base, t.reference,
+            np.asarray(q, dtype=float), R, p, axes,
+        )  # fmt: skip
+        link, H = self.places[f"/bodyset/{body}"]
+        if link < 0:
+            return H[:3, :3], H[:3, 3]
+        return R[link] @ H[:3, :3], p[link] + R[link] @ H[:3, 3]
+
+    def dynamics(self, q, v):
+        """M (n, n) and H - Q (n,)."""
+        skeleton = self.model.skeleton
+        skeleton.open()
+        try:
+            return skeleton.dynamics_at(np.asarray(q, float), np.asarray(v, float), 0.0)
+        finally:
+            skeleton.close()
+
+
+def reference(name):
+    labels = json.loads((REFERENCE / f"{name}_static.json").read_text())
+    return np.load(REFERENCE / f"{name}_static.npz"), labels
+
+
+@pytest.fixture(scope="module")
+def as_opensim_reads(tmp_path_factory):
+    """The files as OpenSim reads them: it keeps six digits of the angles in files before version 4,
+    which turns their axes by 4e-6 rad."""
+
+    def write(name):
+        text = path_of(name).read_text()
+        if 'Version="4' not in text:
+            text = re.sub(r"1\.570796\d*", "1.5708", text)
+        file = tmp_path_factory.mktemp("models") / f"{name}.osim"
+        file.write_text(text)
+        return file
+
+    return write
+
+
+@needs_opensim_files
+@pytest.mark.parametrize("name", [*BLOCKS, "arm26"])
+def test_bodies_are_opensims(name, as_opensim_reads):
+    loaded, (table, labels) = Loaded(as_opensim_reads(name)), reference(name)
+    assert list(loaded.model.coordinates) == labels["coordinates"]
+    np.testing.assert_array_equal(loaded.model.skeleton.initial_state()[0], table["q"][0])
+    for k in STATES:
+        q, v = table["q"][k], table["u"][k]
+        M, h = loaded.dynamics(q, v)
+        np.testing.assert_allclose(M, table["M"][k], atol=1e-13)
+        np.testing.assert_allclose(
+            h, table["tau_coriolis"][k] - table["tau_gravity"][k], atol=1e-10
+        )
+        for j, body in enumerate(labels["bodies"]):
+            R, p = loaded.pose(q, body)
+            np.testing.assert_allclose(R.ravel(), table["body_R"][k, j], atol=1e-14)
+            np.testing.assert_allclose(p, table["body_pos"][k, j], atol=1e-14)
+
+
+@needs_opensim_files
+@pytest.mark.parametrize("name", [*BLOCKS, "arm26"])
+def test_paths_that_touch_nothing_are_opensims(name, as_opensim_reads):
+    model, (table, labels) = em.opensim.load_model(as_opensim_reads(name)), reference(name)
+    assert list(model.muscles.names) == labels["muscles"]
+    points = [len(muscle.path) for muscle in model.muscles]
+    for k in STATES:
+        straight = table["npts"][k] == points
+        found = model.geometry(table["q"][k], table["u"][k])
+        for values, theirs in zip(found, ("L", "V", "R"), strict=True):
+            np.testing.assert_allclose(values[straight], table[theirs][k][straight], atol=1e-13)
+
+
+@needs_opensim_files
+@pytest.mark.parametrize(
+    ("muscle", "tolerance"),
+    [("TRIlat", 1.3e-6), ("TRImed", 1.3e-6), ("BRA", 3e-5), ("BIClong", 5e-6), ("BICshort", 1e-13)],
+)
+def test_wrapped_lengths_are_opensims(muscle, tolerance):
+    """Cylinders, which OpenSim's tangents meet to 1e-6, and for BIClong an ellipsoid."""
+    model, (table, labels) = load("arm26"), reference("arm26")
+    i = labels["muscles"].index(muscle)
+    for k in STATES:
+        length = model.geometry(table["q"][k], table["u"][k]).length[i]
+        assert length == pytest.approx(table["L"][k, i], abs=tolerance)
+
+
+@needs_opensim_files
+@pytest.mark.parametrize("name", [*BLOCKS, "arm26"])
+def test_accelerations_with_muscles_are_opensims(name, as_opensim_reads):
+    """The arm's moved by OpenSim's own lengths and moment arms, which differ where it wraps."""
+    loaded, (table, _) = Loaded(as_opensim_reads(name)), reference(name)
+    model = loaded.model
+    for k in STATES:
+        q, v = table["q"][k], table["u"][k]
+        geometry = Geometry(table["L"][k], table["V"][k], table["R"][k])
+        if name != "arm26":
+            geometry = model.geometry(q, v)
+        l_t = em.tendon_length(model.muscles, table["lf"][k], geometry.length)
+        M, h = loaded.dynamics(q, v)
+        torque = model.torque(geometry, table["act"][k], l_t, np.empty(0))
+        theirs = table["udot_muscle"][k]
+        found = np.linalg.solve(M, torque - h)
+        np.testing.assert_allclose(found, theirs, atol=1e-8 * np.abs(theirs).max())
+
+
+@needs_opensim_files
+def test_a_knee_that_slides_while_it_turns_is_refused_by_name():
+    text = (
+        r"leg6dof9musc.osim, line \d+: JointSet / CustomJoint 'knee_r' / SpatialTransform / "
+        "TransformAxis 'translation1': this axis follows 'knee_angle_r' by a function"
+    )
+    with pytest.raises(em.ModelFileError, match=text):
+        load("leg6dof9musc")
+
+
+# -- Joints ---------------------------------------------------------------------------------------
+
+BODY = """
+<Body name="{name}"><mass>2.5</mass><mass_center>0.1 -0.2 0.05</mass_center>
+<inertia>0.04 0.05 0.06 0.003 -0.002 0.001</inertia>{inside}</Body>"""
+JOINT = """
+<{kind} name="joint"><socket_parent_frame>before</socket_parent_frame>
+<socket_child_frame>behind</socket_child_frame><coordinates>{coordinates}</coordinates><frames>
+<PhysicalOffsetFrame name="before"><socket_parent>/ground</socket_parent>
+<translation>0.1 0.2 0.3</translation><orientation>0.4 -0.5 0.6</orientation></PhysicalOffsetFrame>
+<PhysicalOffsetFrame name="behind"><socket_parent>/bodyset/body</socket_parent>
+<translation>-0.2 0.1 0.05</translation><orientation>-0.3 0.2 0.7</orientation>
+</PhysicalOffsetFrame></frames>{inside}</{kind}>"""
+MUSCLE = """
+<{kind} name="muscle"><GeometryPath><PathPointSet><objects>{points}</objects></PathPointSet>
+<PathWrapSet><objects>{wraps}</objects></PathWrapSet></GeometryPath>{inside}</{kind}>"""
+GROUND_POINT = """<PathPoint name="a"><socket_parent_frame>/ground</socket_parent_frame>
+<location>0.5 0.1 0</location></PathPoint>"""
+BODY_POINT = """<PathPoint name="b"><socket_parent_frame>/bodyset/body</socket_parent_frame>
+<location>0 0.1 0.2</location></PathPoint>"""
+DOCUMENT = """<?xml version="1.0"?>
+<OpenSimDocument Version="{version}"><Model name="model">{ground}
+<BodySet><objects>{bodies}</objects></BodySet><JointSet><objects>{joints}</objects></JointSet>
+<ForceSet><objects>{forces}</objects></ForceSet>{rest}</Model></OpenSimDocument>"""
+
+
+def coordinates(*names, inside=""):
+    return "".join(f'<Coordinate name="{name}">{inside}</Coordinate>' for name in names)
+
+
+def joint(kind, names, inside=""):
+    return JOINT.format(kind=kind, coordinates=coordinates(*names), inside=inside)
+
+
+def muscle(kind="Thelen2003Muscle", points=GROUND_POINT + BODY_POINT, wraps="", inside=""):
+    return MUSCLE.format(kind=kind, points=points, wraps=wraps, inside=inside)
+
+
+PIN = joint("PinJoint", ["angle"])
+
+
+@pytest.fixture
+def write(tmp_path):
+    """Writes a model of one body, changed here and there, and returns its file."""
+
+    def write_file(**changes):
+        parts = {
+            "version": 40000, "ground": "", "bodies": BODY.format(name="body", inside=""),
+            "joints": PIN, "forces": muscle(), "rest": "",
+        }  # fmt: skip
+        file = tmp_path / "model.osim"
+        file.write_text(DOCUMENT.format(**parts | changes))
+        return file
+
+    return write_file
+
+
+def frame(angles, position):
+    H = np.eye(4)
+    H[:3, :3], H[:3, 3] = Rotation.from_euler("XYZ", angles).as_matrix(), position
+    return H
+
+
+def about(axis, angle):
+    H = np.eye(4)
+    H[:3, :3] = Rotation.from_rotvec(angle * np.asarray(axis) / np.linalg.norm(axis)).as_matrix()
+    return H
+
+
+def along(*position):
+    return frame(np.zeros(3), position)
+
+
+def mass_and_weight(loaded, q, body):
+    """A body's part of M and of H - Q at rest, from derivatives of its pose."""
+
+    def center(q):
+        R, p = loaded.pose(q, body)
+        return p + R @ [0.1, -0.2, 0.05]
+
+    R, _ = loaded.pose(q, body)
+    J = gradient(center, q, 1e-4)
+    turns = gradient(lambda x: (loaded.pose(x, body)[0] @ R.T).ravel(), q, 1e-4)
+    W = turns.reshape(3, 3, -1)[[2, 0, 1], [1, 2, 0]]
+    I = R @ [[0.04, 0.003, -0.002], [0.003, 0.05, 0.001], [-0.002, 0.001, 0.06]] @ R.T
+    return 2.5 * J.T @ J + W.T @ I @ W, 2.5 * 9.80665 * J[1]
+
+
+def constant(value):
+    return f'<Constant name="function"><value>{value}</value></Constant>'
+
+
+def axes(**given):
+    """A SpatialTransform with some axes: coordinate, direction, function."""
+    found = []
+    for kind, directions in (("rotation", np.eye(3)), ("translation", np.eye(3))):
+        for k, usual in enumerate(directions):
+            name, direction, function = given.get(
+                f"{kind}{k + 1}",
+                ("", usual, '<Constant name="function"><value>0</value></Constant>'),
+            )
+            found.append(
+                f'<TransformAxis name="{kind}{k + 1}"><coordinates>{name}</coordinates>'
+                f"<axis>{' '.join(map(str, direction))}</axis>{function}</TransformAxis>"
+            )
+    return f"<SpatialTransform>{''.join(found)}</SpatialTransform>"
+
+
+def line(slope, value):
+    return (
+        f'<LinearFunction name="function"><coefficients>{slope} {value}</coefficients>'
+        "</LinearFunction>"
+    )
+
+
+TILTED = axes(
+    rotation1=("a", (1.0, 2.0, 2.0), line(1, 0.25)),
+    rotation2=("", (0.0, 1.0, 0.0), constant(0.5)),
+    rotation3=("b", (0.0, -1.0, 1.0), line(-1, 0)),
+    translation1=("", (1.0, 0.0, 0.0), constant(0.75)),
+    translation2=(
+        "c", (0.0, 3.0, 4.0),
+        '<MultiplierFunction name="function"><function><LinearFunction><coefficients>2 1'
+        "</coefficients></LinearFunction></function><scale>0.5</scale></MultiplierFunction>",
+    ),
+)  # fmt: skip
+X, Y, Z = np.eye(3)
+KINDS = {
+    "PinJoint": (["a"], "", lambda a: about(Z, a)),
+    "SliderJoint": (["a"], "", lambda a: along(a, 0, 0)),
+    "UniversalJoint": (["a", "b"], "", lambda a, b: about(X, a) @ about(Y, b)),
+    "BallJoint": (["a", "b", "c"], "", lambda a, b, c: frame([a, b, c], np.zeros(3))),
+    "GimbalJoint": (["a", "b", "c"], "", lambda a, b, c: frame([a, b, c], np.zeros(3))),
+    "PlanarJoint": (["a", "b", "c"], "", lambda a, b, c: along(b, c, 0) @ about(Z, a)),
+    "FreeJoint": (list("abcdef"), "", lambda a, b, c, d, e, f: frame([a, b, c], [d, e, f])),
+    "CustomJoint": (
+        ["a", "b", "c"],
+        TILTED,
+        lambda a, b, c: (
+            along(0.75, 0.6 * (c + 0.5), 0.8 * (c + 0.5))
+            @ about([1, 2, 2], a + 0.25)
+            @ about(Y, 0.5)
+            @ about([0, -1, 1], -b)
+        ),
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_joints_move_as_their_formulas_say(kind, write):
+    """Poses, and the mass matrix from their derivatives."""
+    names, inside, formula = KINDS[kind]
+    loaded = Loaded(write(joints=joint(kind, names, inside)))
+    given = dict(zip(names, np.random.default_rng(1).uniform(-1.0, 1.0, len(names)), strict=True))
+    q = np.array([given[name] for name in loaded.model.coordinates])
+    assert set(loaded.model.coordinates) == set(names)
+    before = frame([0.4, -0.5, 0.6], [0.1, 0.2, 0.3])
+    behind = frame([-0.3, 0.2, 0.7], [-0.2, 0.1, 0.05])
+    expected = before @ formula(**given) @ np.linalg.inv(behind)
+    R, p = loaded.pose(q, "body")
+    np.testing.assert_allclose(R, expected[:3, :3], atol=1e-14)
+    np.testing.assert_allclose(p, expected[:3, 3], atol=1e-14)
+
+    found = loaded.dynamics(q, np.zeros(len(q)))
+    for mine, theirs in zip(found, mass_and_weight(loaded, q, "body"), strict=True):
+        np.testing.assert_allclose(mine, theirs, atol=1e-9)
+
+
+def test_a_locked_coordinate_is_welded_at_its_default_value(write):
+    locked = "<default_value>0.3</default_value><locked>true</locked>"
+    inside = coordinates("a", inside=locked) + coordinates("b")
+    file = write(
+        joints=JOINT.format(kind="UniversalJoint", coordinates=inside, inside=""),
+    )
+    loaded = Loaded(file)
+    assert loaded.model.coordinates == ("b",)
+    before = frame([0.4, -0.5, 0.6], [0.1, 0.2, 0.3])
+    behind = frame([-0.3, 0.2, 0.7], [-0.2, 0.1, 0.05])
+    expected = before @ about(X, 0.3) @ about(Y, 0.7) @ np.linalg.inv(behind)
+    np.testing.assert_allclose(loaded.pose([0.7], "body")[1], expected[:3, 3], atol=1e-14)
+    first, second = em.opensim.read_coordinates(file)
+    assert first.locked and first.default_value == 0.3 and not second.locked
+
+
+def test_coordinates_keep_what_the_file_says(write):
+    inside = (
+        "<default_value>0.3</default_value><default_speed_value>-2</default_speed_value>"
+        "<range>-1 1.5</range><clamped>true</clamped>"
+    )
+    file = write(joints=PIN.replace('"angle">', f'"angle">{inside}'))
+    (found,) = em.opensim.read_coordinates(file)
+    assert found == em.opensim.Coordinate("angle", 0.3, -2.0, (-1.0, 1.5), True, False)
+    assert em.opensim.load_model(file).skeleton.initial_state() == ([0.3], [-2.0])
+
+
+def test_welded_bodies_join_a_link_and_frames_are_found(write):
+    """A frame on a body, one on that frame, and a body welded to it."""
+    inside = (
+        '<components><PhysicalOffsetFrame name="f"><socket_parent>..</socket_parent>'
+        "<translation>0 0 1</translation><components>"
+        '<PhysicalOffsetFrame name="g"><socket_parent>..</socket_parent>'
+        f"<orientation>{np.pi / 2} 0 0</orientation></PhysicalOffsetFrame>"
+        "</components></PhysicalOffsetFrame></components>"
+    )
+    weld = (
+        '<WeldJoint name="weld"><socket_parent_frame>/bodyset/body/f/g</socket_parent_frame>'
+        "<socket_child_frame>/bodyset/second</socket_child_frame></WeldJoint>"
+    )
+    bodies = BODY.format(name="second", inside="") + BODY.format(name="body", inside=inside)
+    loaded = Loaded(write(bodies=bodies, joints=weld + PIN))
+    R, p = loaded.pose([0.4], "body")
+    R_2, p_2 = loaded.pose([0.4], "second")
+    np.testing.assert_allclose(p_2, p + R[:, 2], atol=1e-15)
+    np.testing.assert_allclose(R_2, R @ about(X, np.pi / 2)[:3, :3], atol=1e-15)
+    first, second = (mass_and_weight(loaded, [0.4], body) for body in ("body", "second"))
+    M, h = loaded.dynamics([0.4], [0.0])
+    np.testing.assert_allclose(M, first[0] + second[0], atol=1e-9)
+    np.testing.assert_allclose(h, first[1] + second[1], atol=1e-9)
+
+
+# -- Muscles --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("kind", "law", "activation", "constants"),
+    [
+        ("Thelen2003Muscle", em.Thelen2003(), em.ActivationDynamics.FIRST_ORDER, (0.015, 0.05)),
+        ("Millard2012EquilibriumMuscle", em.Millard2012(), em.ActivationDynamics.FIRST_ORDER,
+         (0.010, 0.040)),
+        ("DeGrooteFregly2016Muscle", em.DeGrooteFregly2016(), em.ActivationDynamics.SMOOTH,
+         (0.015, 0.060)),
+    ],
+)  # fmt: skip
+def test_properties_that_are_left_out_have_opensims_defaults(
+    kind, law, activation, constants, write
+):
+    (found,) = em.opensim.load_model(write(forces=muscle(kind))).muscles
+    assert found.law == law and found.activation_dynamics is activation
+    assert (found.activation_time_constant, found.deactivation_time_constant) == constants
+    assert (found.max_isometric_force, found.optimal_fiber_length) == (1000.0, 0.1)
+    assert (found.tendon_slack_length, found.max_contraction_velocity) == (0.2, 10.0)
+    assert found.minimum_activation == 0.01 and not found.ignore_tendon_compliance
+
+
+def test_properties_of_the_three_classes(write):
+    thelen = "<Flen>1.8</Flen><FmaxTendonStrain>0.033</FmaxTendonStrain><Af>0.3</Af><Vmax>9</Vmax>"
+    (found,) = em.opensim.load_model(write(forces=muscle(inside=thelen))).muscles
+    assert found.law == em.Thelen2003(flen=1.8, af=0.3) and found.tendon_strain == 0.033
+    millard = (
+        "<fiber_damping>0</fiber_damping><FiberForceLengthCurve><strain_at_one_norm_force>0.6"
+        "</strain_at_one_norm_force><curviness>0.75</curviness></FiberForceLengthCurve>"
+        "<TendonForceLengthCurve><strain_at_one_norm_force>0.05</strain_at_one_norm_force>"
+        "</TendonForceLengthCurve><ActiveForceLengthCurve><minimum_value>0.2</minimum_value>"
+        "</ActiveForceLengthCurve><ignore_tendon_compliance>true</ignore_tendon_compliance>"
+    )
+    forces = muscle("Millard2012EquilibriumMuscle", inside=millard)
+    (found,) = em.opensim.load_model(write(forces=forces)).muscles
+    strains = {"fiber_strain_at_one_norm_force": 0.6, "minimum_value": 0.2}
+    assert found.law == em.Millard2012(fiber_damping=0.0, **strains)
+    assert found.tendon_strain == 0.05 and found.ignore_tendon_compliance
+    de_groote = "<fiber_damping>0.02</fiber_damping><max_control>1</max_control>"
+    forces = muscle("DeGrooteFregly2016Muscle", inside=de_groote)
+    (found,) = em.opensim.load_model(write(forces=forces)).muscles
+    assert found.law == em.DeGrooteFregly2016(fiber_damping=0.02)
+
+
+def test_actuators_of_coordinates_become_reserves_and_what_is_switched_off_is_left_out(write):
+    actuator = (
+        '<CoordinateActuator name="r"><coordinate>angle</coordinate><optimal_force>5'
+        "</optimal_force><min_control>-inf</min_control><max_control>2</max_control>"
+        "</CoordinateActuator>"
+    )
+    off = '<PointActuator name="p"><appliesForce>false</appliesForce></PointActuator>'
+    uncoupled = COUPLER.format("<isEnforced>false</isEnforced>")
+    model = em.opensim.load_model(write(forces=muscle() + actuator + off, rest=uncoupled))
+    assert model.reserves == (em.Reserve("angle", 5.0, -np.inf, 2.0),)
+
+
+def test_points_of_all_kinds_are_where_the_file_puts_them(write):
+    """On a body whose frame is not that of its link."""
+    spline = "<SimmSpline><x>-2 0 1 2</x><y>0.1 0.2 0.1 0.3</y></SimmSpline>"
+    moving = (
+        '<MovingPathPoint name="m"><socket_parent_frame>/bodyset/body</socket_parent_frame>'
+        + "".join(
+            f"<socket_{x}_coordinate>/jointset/joint/angle</socket_{x}_coordinate>" for x in "xy"
+        )
+        + f"<x_location>{spline}</x_location><y_location><LinearFunction><coefficients>0.1 0.2"
+        "</coefficients></LinearFunction></y_location><z_location><Constant><value>0.3</value>"
+        "</Constant></z_location></MovingPathPoint>"
+    )
+    sometimes = BODY_POINT.replace("PathPoint", "ConditionalPathPoint").replace(
+        "</location>", "</location><socket_coordinate>/jointset/joint/angle</socket_coordinate>"
+        "<range>0 1</range>",
+    )  # fmt: skip
+    last = BODY_POINT.replace("0 0.1 0.2", "0.1 0 0")
+    loaded = Loaded(write(forces=muscle(points=GROUND_POINT + moving + sometimes + last)))
+    curve = em.simm_spline([-2, 0, 1, 2], [0.1, 0.2, 0.1, 0.3])
+    for angle in (-0.5, 0.5):
+        R, p = loaded.pose([angle], "body")
+        points = [[0.5, 0.1, 0.0], p + R @ [float(curve(angle)), 0.1 * angle + 0.2, 0.3]]
+        points += [p + R @ [0.0, 0.1, 0.2]] * (angle > 0) + [p + R @ [0.1, 0.0, 0.0]]
+        expected = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+        found = loaded.model.geometry(np.array([angle]), np.zeros(1)).length[0]
+        assert found == pytest.approx(expected, abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("kind", "size", "expected"),
+    [
+        ("WrapCylinder", "<radius>0.02</radius><length>1</length>",
+         em.WrapCylinder(0.02, 1.0, side="-x", name="w", link=-1, position=(1, 2, 3),
+                         rotation=(0.1, 0.2, 0.3))),
+        ("WrapSphere", "<radius>0.02</radius>",
+         em.WrapSphere(0.02, side="-x", name="w", link=-1, position=(1, 2, 3),
+                       rotation=(0.1, 0.2, 0.3))),
+        ("WrapEllipsoid", "<dimensions>0.02 0.03 0.04</dimensions>",
+         em.WrapEllipsoid((0.02, 0.03, 0.04), side="-x", name="w", link=-1, position=(1, 2, 3),
+                          rotation=(0.1, 0.2, 0.3))),
+    ],
+)  # fmt: skip
+def test_surfaces(kind, size, expected, write):
+    ground = (
+        f'<Ground name="ground"><WrapObjectSet><objects><{kind} name="w">{size}'
+        "<quadrant>-x</quadrant><xyz_body_rotation>0.1 0.2 0.3</xyz_body_rotation>"
+        f"<translation>1 2 3</translation></{kind}></objects></WrapObjectSet></Ground>"
+    )
+    wraps = '<PathWrap name="p"><wrap_object>w</wrap_object><range>1 -1</range></PathWrap>'
+    model = em.opensim.load_model(write(ground=ground, forces=muscle(wraps=wraps)))
+    (wrap,) = next(iter(model.muscles)).wraps
+    assert (wrap.first, wrap.last) == (0, -1)
+    np.testing.assert_allclose(wrap.row(2), em.PathWrap(expected).row(2), atol=1e-15)
+    torus = ground.replace(kind, "WrapTorus")
+    with pytest.raises(em.ModelFileError, match="Ground 'ground' / WrapObjectSet / WrapTorus 'w'"):
+        em.opensim.load_model(write(ground=torus, forces=muscle(wraps=wraps)))
+
+
+# -- What is refused ------------------------------------------------------------------------------
+
+SPRING = '<SpringGeneralizedForce name="spring"/>'
+COUPLER = (
+    '<ConstraintSet><objects><CoordinateCouplerConstraint name="c">{}'
+    "</CoordinateCouplerConstraint></objects></ConstraintSet>"
+)
+SINE = '<Sine name="function"/>'
+CURVINESS = "<FiberForceLengthCurve><curviness>0.5</curviness></FiberForceLengthCurve>"
+
+
+def changed(of, old, new):
+    assert old in of
+    return of.replace(old, new)
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"forces": muscle() + SPRING}, "ForceSet / SpringGeneralizedForce 'spring': this cannot"),
+        ({"forces": muscle("Schutte1993Muscle_Deprecated")}, "Schutte1993Muscle_Deprecated 'muscl"),
+        ({"rest": COUPLER.format("")}, "ConstraintSet / CoordinateCouplerConstraint 'c'"),
+        ({"rest": "<Wind>1</Wind>"}, "Wind: this is not known"),
+        ({"joints": changed(PIN, "PinJoint", "EllipsoidJoint")}, "EllipsoidJoint 'joint': this ca"),
+        ({"joints": changed(PIN, "/bodyset/body", "/bodyset/leg")}, "no frame '/bodyset/leg'"),
+        ({"joints": PIN + PIN}, "PhysicalOffsetFrame 'before': there is another one, in line 8"),
+        ({"joints": ""}, "Body 'body': no joint leads to it"),
+        ({"joints": changed(PIN, "<coordinates>", "<coordinates><Coordinate name='b'/>")},
+         "expected 1 coordinates, found 2"),
+        ({"joints": changed(PIN, '"angle">', '"angle"><prescribed>true</prescribed>')},
+         "Coordinate 'angle' / prescribed: this cannot"),
+        ({"joints": changed(PIN, '"angle">', '"angle"><locked>maybe</locked>')},
+         "locked: expected true or false, got 'maybe'"),
+        ({"joints": joint("CustomJoint", ["a"], axes(rotation1=("a", Z, line(2, 0))))},
+         "TransformAxis 'rotation1': this axis follows 'a' by a function"),
+        ({"joints": joint("CustomJoint", ["a"], axes())}, "coordinate 'a' moves nothing"),
+        ({"joints": joint("CustomJoint", ["a"], axes(rotation1=("b", Z, line(1, 0))))},
+         "the joint has no coordinate 'b'"),
+        ({"joints": joint("CustomJoint", ["a"], axes(rotation1=("a", Z, SINE)))},
+         "TransformAxis 'rotation1' / Sine 'function': this cannot"),
+        ({"bodies": changed(BODY, "2.5", "heavy").format(name="body", inside="")},
+         "Body 'body' / mass: expected numbers, got 'heavy'"),
+        ({"bodies": changed(BODY, "2.5", "nan").format(name="body", inside="")}, "got 'nan'"),
+        ({"bodies": changed(BODY, "2.5", "-1").format(name="body", inside="")}, "-1 kg"),
+        ({"forces": muscle(inside="<Hardness>1</Hardness>")}, "Hardness: this is not known"),
+        ({"forces": muscle(inside="<Flen>1</Flen><Flen>2</Flen>")}, "Flen: given before"),
+        ({"forces": muscle(inside="<Flen>0.5</Flen>")}, "Thelen2003: flen = 0.5 is outside"),
+        ({"forces": muscle(inside="<ignore_activation_dynamics>true</ignore_activation_dynamics>")},
+         "ignore_activation_dynamics: this cannot"),
+        ({"forces": muscle(inside="<max_control>0.5</max_control>")}, "max_control: less than 1"),
+        ({"forces": muscle(inside="<min_control>0.1</min_control>")}, "min_control: more than"),
+        ({"forces": muscle("Millard2012EquilibriumMuscle", inside=CURVINESS)},
+         "FiberForceLengthCurve / curviness: 0.5: only 0.75 can"),
+        ({"forces": muscle(wraps='<PathWrap name="p"><wrap_object>w</wrap_object></PathWrap>')},
+         "PathWrap 'p': expected one surface 'w', found 0"),
+        ({"forces": muscle(points=GROUND_POINT)}, "a path needs at least two points"),
+        ({"forces": changed(muscle(), "/bodyset/body", "leg")}, "there is no frame 'leg'"),
+        ({"joints": joint("CustomJoint", ["a"], TILTED.replace('"rotation3"', '"rotation2"'))},
+         "SpatialTransform: expected the axes rotation1"),
+        ({"rest": "<ComponentSet><objects/><Wind/></ComponentSet>"}, "ComponentSet / Wind:"),
+        ({"version": 10901}, "format version '10901' is not one of OpenSim 2 to 4"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_represented_is_refused_with_its_place(changes, text, write):
+    with pytest.raises(em.ModelFileError, match=re.escape(text)) as caught:
+        em.opensim.load_model(write(**changes))
+    assert "model.osim, line" in str(caught.value)
+
+
+ENTITIES = '<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>'
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (f"{ENTITIES}<OpenSimDocument>&b;</OpenSimDocument>", "line 1: a DOCTYPE is refused"),
+        ('<!DOCTYPE x SYSTEM "http://example.org/x"><x/>', "a DOCTYPE is refused"),
+        ("<Model>\n</Body>", "not well-formed XML: mismatched tag: line 2"),
+        ("", "no element found"),
+        ("<x/>", "line 1: x: this is not a model file"),
+        ("<a>" * 300, "more than 200 elements within each other"),
+        ('<OpenSimDocument Version="40000"/>', "there is no Model in it"),
+    ],
+)
+def test_files_that_are_no_models_are_refused(text, message, tmp_path):
+    file = tmp_path / "strange.osim"
+    file.write_text(text)
+    with pytest.raises(em.ModelFileError, match=re.escape(message)):
+        em.opensim.load_model(file)
+    with pytest.raises(FileNotFoundError):
+        em.opensim.load_model(tmp_path / "nothing.osim")
