@@ -48,6 +48,7 @@ from .muscle.laws.millard_2012 import Millard2012
 from .muscle.laws.thelen_2003 import Thelen2003
 from .muscle.parameters import Muscle, MuscleSet
 from .muscle.window import Integrator, WindowEnd, integrate_window
+from .path.followers import Follower, linear_function
 from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint, simm_spline
 from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere
 from .recruitment.normalizers import MaximumIsometricForce, Normalizer, ReachableMaximum
@@ -76,6 +77,7 @@ __all__ = [
     "ExudynMusclesError",
     "ExudynMusclesWarning",
     "FirstIterate",
+    "Follower",
     "Forward",
     "ForwardPlugin",
     "FrozenBodiesWarning",
@@ -128,6 +130,7 @@ __all__ = [
     "equilibrium",
     "forward_dynamics",
     "integrate_window",
+    "linear_function",
     "muscle_dynamics",
     "plot",
     "read_storage",
