@@ -276,7 +276,6 @@ class Plugin(ABC):
     def post_step(self, mbs: exu.MainSystem, t: float) -> bool:
         """Commit the accepted step, or check that the run starts as the plugin was told."""
         if not self._open:
-            self.skeleton.settle()
             self._check_start(mbs, t)
             self._point(t)
             return True
@@ -328,6 +327,13 @@ class Plugin(ABC):
                     StartWarning,
                 )
         self.ready((iteration.endTime - iteration.startTime) / iteration.numberOfSteps)
+        solver = self._solver()
+        if not self.skeleton.settle() and solver.alphaF != 0.0:
+            raise ParameterError(
+                "generalized alpha starts from initial accelerations of its own, which cannot be "
+                "right here: the tree's mass matrix is singular without its followers' reactions, "
+                "or generalizedAlpha.computeInitialAccelerations = False; use TrapezoidalIndex2"
+            )
         # Exudyn's own q'' at the start, which the trapezoidal rule never forgets.
         M, bias = self.skeleton.dynamics()
         torque = self.skeleton.applied

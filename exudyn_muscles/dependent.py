@@ -118,8 +118,11 @@ class DependentSkeleton(Skeleton):
             current[rest] = np.linalg.solve(M_rest, solver.GetSystemResidual()[rest])
         self.apply(torque)
 
-    def settle(self) -> None:
+    def settle(self) -> bool:
+        found = self._current[2].copy()
         self.begin(self._torque)
+        needed = self._current[2]
+        return bool(np.abs(found - needed).max() <= 1e-6 * np.abs(needed).max() + 1e-9)
 
     def apply(self, torque: np.ndarray) -> None:
         """Set the muscles' torques (n,) and the followers' reactions at the current state."""

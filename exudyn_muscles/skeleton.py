@@ -241,8 +241,9 @@ class Skeleton:
         """Set the muscles' torques (n,) at the start of a run, which is the current state."""
         self.apply(torque)
 
-    def settle(self) -> None:
-        """The run begins at the current state, with Exudyn's initial accelerations."""
+    def settle(self) -> bool:
+        """The run begins at the current state; whether Exudyn's initial accelerations may stay."""
+        return True
 
     def follow(self) -> None:
         """Exudyn has a new iterate: put in order what depends on others."""

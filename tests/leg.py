@@ -27,7 +27,7 @@ KNEE_X = Polynomial([0.005, -0.03, -0.02, 0.006])
 KNEE_Y = Polynomial([-0.01, 0.004, 0.012, 0.003])
 ANKLE = Polynomial([0.1, -0.4])
 TOES = Polynomial([0.0, 0.2, 0.3])
-KNOTS = np.linspace(-2.5, 0.5, 4)
+KNOTS = np.linspace(-3.0, 3.0, 4)
 
 HALF = {"max_isometric_force": 4000.0, "optimal_fiber_length": 0.12}
 MUSCLES = {  # tendon slack length, points (link or -1, x, y)
@@ -47,7 +47,7 @@ def spline(polynomial):
 
 def followers():
     return [
-        em.Follower("toes", of="ankle", function=em.Curve(TOES, [-1.0, 2.0])),
+        em.Follower("toes", of="ankle", function=em.Curve(TOES, [-2.0, 2.0])),
         em.Follower("knee_x", of="knee", function=spline(KNEE_X)),
         em.Follower("knee_y", of="knee", function=spline(KNEE_Y)),
         em.Follower("ankle", of="knee", function=em.linear_function(ANKLE.coef[1], ANKLE.coef[0])),
