@@ -327,8 +327,8 @@ class Plugin(ABC):
                     StartWarning,
                 )
         self.ready((iteration.endTime - iteration.startTime) / iteration.numberOfSteps)
-        solver = self._solver()
-        if not self.skeleton.settle() and solver.alphaF != 0.0:
+        algorithm = mbs.sys["simulationSettings"].timeIntegration.generalizedAlpha
+        if not (self.skeleton.settle() or algorithm.useNewmark):
             raise ParameterError(
                 "generalized alpha starts from initial accelerations of its own, which cannot be "
                 "right here: the tree's mass matrix is singular without its followers' reactions, "
