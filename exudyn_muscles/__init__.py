@@ -52,6 +52,7 @@ from .muscle.parameters import Muscle, MuscleSet
 from .muscle.window import Integrator, WindowEnd, integrate_window
 from .path.functions import FunctionPath, simm_spline
 from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
+from .path.followers import Follower, linear_function
 from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere
 from .recruitment.normalizers import MaximumIsometricForce, Normalizer, ReachableMaximum
 from .recruitment.optimization import Reserve, Solver
@@ -79,6 +80,7 @@ __all__ = [
     "ExudynMusclesError",
     "ExudynMusclesWarning",
     "FirstIterate",
+    "Follower",
     "Forward",
     "ForwardPlugin",
     "FrozenBodiesWarning",
@@ -134,6 +136,7 @@ __all__ = [
     "equilibrium",
     "forward_dynamics",
     "integrate_window",
+    "linear_function",
     "muscle_dynamics",
     "opensim",
     "plot",

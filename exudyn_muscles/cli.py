@@ -429,9 +429,9 @@ def _excitation_difference(one: Trajectory, other: Trajectory) -> float:
 
 def _rotates(model: MusculoskeletalModel) -> Any:
     """Which coordinates are angles, (n,) of bool."""
-    from .path.tree import PRISMATIC
+    import numpy as np
 
-    return model.skeleton.tree.joints < PRISMATIC
+    return np.array(model.skeleton.units) == "rad"
 
 
 # Text.

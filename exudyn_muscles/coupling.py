@@ -124,7 +124,7 @@ class Plugin(ABC):
     def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
         """The tree's rows of the Newton matrix (n, N) in place of Exudyn's `exact` ones.
 
-        N counts all coordinates of the system, the tree's are `skeleton.rows`. Exudyn's matrix is
+        N counts all coordinates of the system, the tree's are `skeleton.free`. Exudyn's matrix is
         mass * M + dq * dR/dq + dv * dR/dq', where dq, dv < 0 are its own factors and R is its
         right-hand side with the muscles' torque held.
         """
@@ -168,7 +168,7 @@ class Plugin(ABC):
         # What another run has left there must not be taken for this run's solver.
         solver_before = mbs.sys.pop("dynamicSolver", None)
         try:
-            self.skeleton.apply(self.begin(*self.skeleton.initial_state()))
+            self.skeleton.begin(self.begin(*self.skeleton.initial_state()))
             self._triplets = _triplets(self.skeleton)
             hooks.install(self)
             yield self
@@ -245,9 +245,12 @@ class Plugin(ABC):
         self._last_iteration = iteration
         self._calls += 1
         self.counts.newton_iterations += not first
+        self.skeleton.follow()
         torque = self.torque(t, first)
         if torque is not None:
             self.apply(torque, t)
+        else:
+            self.skeleton.hold()
 
     def apply(self, torque: np.ndarray, t: float) -> None:
         """Hand the torque to Exudyn, if it is one."""
@@ -259,11 +262,13 @@ class Plugin(ABC):
         self, mbs: exu.MainSystem, t: float, dq: float, dv: float, _: float
     ) -> exu.MatrixContainer:
         """What has to be added to Exudyn's own Newton matrix."""
-        solver = self._solver()
-        rows = self.skeleton.rows
-        exact = np.asarray(solver.GetSystemJacobian())[rows]
+        solver, skeleton = self._solver(), self.skeleton
+        exact = np.asarray(solver.GetSystemJacobian())[skeleton.rows]
         mass = (1.0 - solver.alphaM) / (1.0 - solver.alphaF)
-        self._triplets[:, 2] = (self.jacobian(exact, mass, dq, dv) - exact).ravel()
+        wanted = skeleton.reduced_rows(exact)
+        if self.feeds_back:
+            wanted = self.jacobian(wanted, mass, dq, dv)
+        self._triplets[:, 2] = (skeleton.all_rows(wanted) - exact).ravel()
         container = exu.MatrixContainer()
         container.SetWithSparseMatrix(self._triplets, exact.shape[1], exact.shape[1])
         return container
@@ -322,6 +327,13 @@ class Plugin(ABC):
                     StartWarning,
                 )
         self.ready((iteration.endTime - iteration.startTime) / iteration.numberOfSteps)
+        algorithm = mbs.sys["simulationSettings"].timeIntegration.generalizedAlpha
+        if not (self.skeleton.settle() or algorithm.useNewmark):
+            raise ParameterError(
+                "generalized alpha starts from initial accelerations of its own, which cannot be "
+                "right here: the tree's mass matrix is singular without its followers' reactions, "
+                "or generalizedAlpha.computeInitialAccelerations = False; use TrapezoidalIndex2"
+            )
         # Exudyn's own q'' at the start, which the trapezoidal rule never forgets.
         M, bias = self.skeleton.dynamics()
         torque = self.skeleton.applied
@@ -402,7 +414,7 @@ class _Hooks:
             "PreNewtonResidual": plugin.pre_newton,
             "PostStep": plugin.post_step,
         }
-        if plugin.feeds_back:
+        if plugin.feeds_back or plugin.skeleton.followers is not None:
             own["SystemJacobian"] = plugin.system_jacobian
         for name, function in own.items():
             chained = _chained(name, self._before[name], function)

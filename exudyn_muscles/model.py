@@ -8,9 +8,11 @@ import exudyn as exu
 import numpy as np
 
 from .compilation import announce_compilation
+from .dependent import DependentSkeleton
 from .errors import ModelError, ParameterError, PathWarning, warn
 from .muscle.dynamics import tendon_forces
 from .muscle.parameters import Muscle, MuscleSet
+from .path.followers import Follower
 from .path.geometry import Geometry, compile_geometry, path_geometry
 from .path.points import collect_paths
 from .recruitment.optimization import Reserve, reserve_columns
@@ -34,7 +36,10 @@ class MusculoskeletalModel:
     muscles : iterable of Muscle
         With paths on ground and on the tree's links.
     coordinates : sequence of str, optional
-        Names of the tree's coordinates; `q0`, `q1`, ... if left out.
+        Names of the tree's coordinates, followers included; `q0`, `q1`, ... if left out.
+    followers : sequence of Follower, optional
+        Coordinates of the tree that are functions of others. While a run is attached they are held
+        there exactly; the `mbs` needs no constraint for it, and its own runs know of none.
     reserves : sequence of Reserve, optional
         Ideal actuators on coordinates.
 
@@ -69,6 +74,7 @@ class MusculoskeletalModel:
         muscles: Iterable[Muscle],
         *,
         coordinates: Sequence[str] | None = None,
+        followers: Sequence[Follower] = (),
         reserves: Sequence[Reserve] = (),
     ) -> None:
         announce_compilation(path_geometry)
@@ -76,12 +82,21 @@ class MusculoskeletalModel:
             raise ModelError(f"mbs must be an exudyn.MainSystem, got {type(mbs).__name__}")
         muscles = _listed("muscles", muscles, Muscle)
         reserves = _listed("reserves", reserves, Reserve)
-        self.skeleton = Skeleton(mbs, tree, coordinates)
+        followers = _listed("followers", followers, Follower)
+        self.skeleton = (
+            DependentSkeleton(mbs, tree, coordinates, followers)
+            if followers
+            else Skeleton(mbs, tree, coordinates)
+        )
         self.muscles = MuscleSet(muscles)
-        self.paths = collect_paths(self.muscles, len(self.skeleton), self.coordinates)
+        self.paths = collect_paths(
+            self.muscles, len(self.skeleton.tree), self.skeleton.tree_coordinates
+        )
         self.reserves = tuple(reserves)
         self.reserve_columns = reserve_columns(self.coordinates, self.reserves)
         self.geometry = compile_geometry(self.skeleton.tree, self.paths)
+        if self.skeleton.followers is not None:
+            self.geometry = self.skeleton.followers.projected(self.geometry)
         for i, name in enumerate(self.muscles.names):
             if not self.paths.crosses_a_joint(i):
                 warn(
@@ -96,8 +111,24 @@ class MusculoskeletalModel:
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Names of the n coordinates."""
+        """Names of the n independent coordinates, the only ones that the methods know."""
         return self.skeleton.coordinates
+
+    def state_of_tree(self, *state: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Values of all N coordinates of the tree, followers included, as
+        `skeleton.tree_coordinates` names them.
+
+        Parameters
+        ----------
+        *state : (n,) or (k, n) array_like
+            Coordinates, and if wanted also their speeds, and accelerations.
+
+        Returns
+        -------
+        tuple of (N,) or (k, N) ndarray
+            As many.
+        """
+        return self.skeleton.state_of_tree(*state)
 
     def tendon_forces(self, geometry: Geometry, a: np.ndarray, l_t: np.ndarray) -> np.ndarray:
         """Tendon forces (m,) [N] of muscles in the state a, l_t (m,)."""

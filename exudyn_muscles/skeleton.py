@@ -16,6 +16,7 @@ import exudyn as exu
 import numpy as np
 
 from .errors import ModelError
+from .path.followers import Followers
 from .path.tree import PRISMATIC, Tree
 
 JOINTS = {
@@ -47,7 +48,16 @@ class Skeleton:
     object : ObjectIndex
         The kinematic tree.
     coordinates : tuple of str
+        Names of the independent coordinates, which are all of the tree's here.
+    followers : Followers or None
+        None: all coordinates are independent. `DependentSkeleton` has some.
+    tree_coordinates : tuple of str
+        Names of all coordinates of the tree.
     tree : Tree
+    rows : slice
+        The tree's coordinates within the system.
+    tree_q, tree_v, tree_a : (N,) ndarray
+        Views of all coordinates of the tree in the current state, their speeds and accelerations.
 
     Raises
     ------
@@ -55,6 +65,8 @@ class Skeleton:
         The system is not assembled, the object is not a kinematic tree, the system has algebraic
         constraints, or the names do not fit the coordinates.
     """
+
+    followers: Followers | None = None
 
     def __init__(
         self, mbs: exu.MainSystem, tree: int, coordinates: Sequence[str] | None = None
@@ -69,7 +81,7 @@ class Skeleton:
             raise ModelError(
                 f"coordinates: the tree needs {n} different names, got {len(names)}: {names}"
             )
-        self.coordinates = tuple(names)
+        self.coordinates = self.tree_coordinates = tuple(names)
         self.tree = _read_tree(item, mbs)
         self.attach_views()
 
@@ -81,7 +93,32 @@ class Skeleton:
     @property
     def others(self) -> int:
         """Number of the system's ODE2 coordinates outside the tree."""
-        return self.mbs.systemData.ODE2Size() - len(self)
+        return self.mbs.systemData.ODE2Size() - len(self.tree)
+
+    @property
+    def q(self) -> np.ndarray:
+        """Coordinates (n,) of the current state."""
+        return self.tree_q
+
+    @property
+    def v(self) -> np.ndarray:
+        """Speeds (n,) of the current state."""
+        return self.tree_v
+
+    @property
+    def acceleration(self) -> np.ndarray:
+        """Accelerations (n,) of the current state."""
+        return self.tree_a
+
+    @property
+    def start(self) -> tuple[np.ndarray, ...]:
+        """q, q', q'' (n,) at the start of the step."""
+        return self._tree_start
+
+    @property
+    def free(self) -> slice | np.ndarray:
+        """The n independent coordinates within the system."""
+        return self.rows
 
     def __len__(self) -> int:
         return len(self.coordinates)
@@ -111,14 +148,10 @@ class Skeleton:
             )
 
     def attach_views(self) -> None:
-        """Fetch Exudyn's state arrays anew: they dangle once the system has grown.
-
-        `q`, `v`, `acceleration` become views of the current state, `start` the views of q, q', q''
-        at the start of the step, (n,) each.
-        """
+        """Fetch Exudyn's state arrays anew: they dangle once the system has grown."""
         data = self.mbs.systemData
         index = data.GetObjectLTGODE2(self.object)
-        self.rows = slice(index[0], index[0] + len(self))
+        self.rows = slice(index[0], index[0] + len(self.tree))
         current = data.GetSystemStateDict(reference=True)
         start = data.GetSystemStateDict(
             configuration=exu.ConfigurationType.StartOfStep, reference=True
@@ -126,8 +159,8 @@ class Skeleton:
         names = ("ODE2Coords", "ODE2Coords_t", "ODE2Coords_tt")
         self._current = tuple(current[name] for name in names)
         self._at_start = tuple(start[name] for name in names)
-        self.q, self.v, self.acceleration = (array[self.rows] for array in self._current)
-        self.start = tuple(array[self.rows] for array in self._at_start)
+        self.tree_q, self.tree_v, self.tree_a = (array[self.rows] for array in self._current)
+        self._tree_start = tuple(array[self.rows] for array in self._at_start)
 
     def open(self) -> None:
         """Prepare for evaluations; the system's current state becomes its initial state.
@@ -160,12 +193,15 @@ class Skeleton:
         settings.solution.file.write = False
         settings.solution.sensors.active = False
         settings.timeIntegration.verboseMode = 0
+        # Those of a tree with followers come later, from M_z: its M may be singular.
+        initial = self.followers is None
+        settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = initial
         self._solver = exu.MainSolverImplicitSecondOrder()
         self._solver.InitializeSolver(self.mbs, settings)
         self.attach_views()
         self._set = self.mbs.SetObjectParameter
         torque = self.mbs.GetObjectParameter(self.object, "jointForceVector")
-        self._user_torque = np.zeros(len(self)) + (torque if np.size(torque) else 0.0)
+        self._user_torque = np.zeros(len(self.tree)) + (torque if np.size(torque) else 0.0)
         self._total = self._user_torque
         self._check_mass_matrix()
 
@@ -173,7 +209,8 @@ class Skeleton:
         M, _ = self.dynamics()
         if not np.isfinite(M).all():
             raise ModelError(
-                "the mass matrix is not finite: check masses and inertias of the links"
+                "the mass matrix is not finite: check masses and inertias of the links; the last "
+                "link of a chain needs a mass"
             )
         values, vectors = np.linalg.eigh(M)
         if not values[0] > 1e-12 * values[-1]:
@@ -200,23 +237,64 @@ class Skeleton:
         """The muscles' torques (n,) that Exudyn has now."""
         return self._total - self._user_torque
 
-    def initial_state(self) -> tuple[np.ndarray, np.ndarray]:
-        """Initial coordinates and speeds (n,) each, as the next run will use them."""
+    def begin(self, torque: np.ndarray) -> None:
+        """Set the muscles' torques (n,) at the start of a run, which is the current state."""
+        self.apply(torque)
+
+    def settle(self) -> bool:
+        """The run begins at the current state; whether Exudyn's initial accelerations may stay."""
+        return True
+
+    def follow(self) -> None:
+        """Exudyn has a new iterate: put in order what depends on others."""
+
+    def hold(self) -> None:
+        """Leave the muscles' torques at a new iterate."""
+
+    def state_of_tree(self, *state: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Values of all coordinates of the tree (..., N), if asked also speeds and accelerations.
+
+        From those of the independent ones, (..., n) each.
+        """
+        return state
+
+    def reduced(self, covectors: np.ndarray) -> np.ndarray:
+        """x R (..., n) of torques or moment arms x (..., N) at the current state."""
+        return covectors
+
+    def reduced_rows(self, exact: np.ndarray) -> np.ndarray:
+        """The tree's rows of Exudyn's Newton matrix as those of the independent coordinates."""
+        return exact
+
+    def all_rows(self, wanted: np.ndarray) -> np.ndarray:
+        """The tree's rows of a Newton matrix with those of the independent coordinates."""
+        return wanted
+
+    def initial_arrays(self) -> tuple[np.ndarray, np.ndarray]:
+        """Initial coordinates and speeds of the whole system."""
         initial = exu.ConfigurationType.Initial
         data = self.mbs.systemData
-        q = np.array(data.GetODE2Coordinates(configuration=initial))[self.rows]
-        v = np.array(data.GetODE2Coordinates_t(configuration=initial))[self.rows]
-        return q, v
+        return (
+            np.array(data.GetODE2Coordinates(configuration=initial)),
+            np.array(data.GetODE2Coordinates_t(configuration=initial)),
+        )
+
+    def set_initial_arrays(self, coordinates: np.ndarray, speeds: np.ndarray) -> None:
+        """Set the initial state of the whole system."""
+        initial = exu.ConfigurationType.Initial
+        self.mbs.systemData.SetODE2Coordinates(coordinates, configuration=initial)
+        self.mbs.systemData.SetODE2Coordinates_t(speeds, configuration=initial)
+
+    def initial_state(self) -> tuple[np.ndarray, np.ndarray]:
+        """Initial coordinates and speeds (n,) each, as the next run will use them."""
+        coordinates, speeds = self.initial_arrays()
+        return coordinates[self.free], speeds[self.free]
 
     def set_initial_state(self, q: np.ndarray, v: np.ndarray) -> None:
         """Set the tree's initial coordinates and speeds (n,); other bodies keep theirs."""
-        initial = exu.ConfigurationType.Initial
-        data = self.mbs.systemData
-        coordinates = np.array(data.GetODE2Coordinates(configuration=initial))
-        speeds = np.array(data.GetODE2Coordinates_t(configuration=initial))
-        coordinates[self.rows], speeds[self.rows] = q, v
-        data.SetODE2Coordinates(coordinates, configuration=initial)
-        data.SetODE2Coordinates_t(speeds, configuration=initial)
+        coordinates, speeds = self.initial_arrays()
+        coordinates[self.rows], speeds[self.rows] = self.state_of_tree(q, v)
+        self.set_initial_arrays(coordinates, speeds)
 
     def dynamics(self) -> tuple[np.ndarray, np.ndarray]:
         """M (n, n) and H - Q (n,), without the muscles, at the system's current state and time."""
@@ -224,7 +302,7 @@ class Skeleton:
         solver.ComputeMassMatrix(mbs)
         solver.ComputeODE2RHS(mbs)
         M = solver.GetSystemMassMatrix()[self.rows, self.rows]
-        return M, self.applied - solver.GetSystemResidual()[self.rows]
+        return M, self._total - self._user_torque - solver.GetSystemResidual()[self.rows]
 
     def dynamics_at(self, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
         """M (n, n) and H - Q (n,) at coordinates `q`, speeds `v` and time `t`.
@@ -234,7 +312,7 @@ class Skeleton:
         """
         before = self.snapshot()
         try:
-            self.q[:], self.v[:] = q, v
+            self.tree_q[:], self.tree_v[:] = self.state_of_tree(q, v)
             self.mbs.systemData.SetTime(t)
             return self.dynamics()
         finally:
@@ -253,7 +331,7 @@ class Skeleton:
             q_0, v_0, a_0 = self._at_start
             self._current[0][:] = q_0 + h * v_0 + 0.5 * h * h * a_0
             self._current[1][:] = v_0 + h * a_0
-            self.q[:], self.v[:] = q, v
+            self.tree_q[:], self.tree_v[:] = self.state_of_tree(q, v)
             self.mbs.systemData.SetTime(t)
             return self.dynamics()
         finally:

@@ -134,10 +134,8 @@ def solution(trajectory: Trajectory, model: MusculoskeletalModel) -> dict[str, A
     data[:, 0] = trajectory.time
     q, v, a = (data[:, 1 + k * n : 1 + (k + 1) * n] for k in range(3))
     q[:] = initial
-    q[:, rows], v[:, rows], a[:, rows] = (
-        trajectory.coordinates,
-        trajectory.speeds,
-        trajectory.accelerations,
+    q[:, rows], v[:, rows], a[:, rows] = model.state_of_tree(
+        trajectory.coordinates, trajectory.speeds, trajectory.accelerations
     )
     return {
         "data": data,
@@ -390,7 +388,8 @@ def _posed(model: MusculoskeletalModel, trajectory: Trajectory, time: float) -> 
     data, rows = model.mbs.systemData, model.skeleton.rows
     before, time_before = np.array(data.GetODE2Coordinates()), data.GetTime()
     posed = before.copy()
-    posed[rows] = [np.interp(time, trajectory.time, q) for q in trajectory.coordinates.T]
+    now = np.array([np.interp(time, trajectory.time, q) for q in trajectory.coordinates.T])
+    (posed[rows],) = model.state_of_tree(now)
     try:
         data.SetODE2Coordinates(posed)
         data.SetTime(time)
@@ -429,7 +428,8 @@ def _fit_camera(
 ) -> None:
     """Aim at the middle of all points of a trajectory's poses, as near as they all fit in."""
     rows = np.unique(np.linspace(0, len(trajectory.time) - 1, POSES).astype(int))
-    points = np.vstack([scene.points(trajectory.coordinates[row]) for row in rows])
+    (q,) = scene.model.state_of_tree(trajectory.coordinates[rows])
+    points = np.vstack([scene.points(row) for row in q])
     seen = points @ directions.T
     thickness = MASS_RADIUS * scene.size
     low, high = seen.min(axis=0) - thickness, seen.max(axis=0) + thickness

@@ -237,14 +237,14 @@ class CosimulationPlugin(Plugin):
         return q + h * v + 0.25 * h * h * (a + a_next), v + 0.5 * h * (a + a_next)
 
     def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
-        rows = self.skeleton.rows
+        free = self.skeleton.free
         if self._unmet:
             wanted = exact.copy()
-            wanted[:, rows] = self._saturated_jacobian(mass, dq, dv)
+            wanted[:, free] = self._saturated_jacobian(mass, dq, dv)
             return wanted
         # With the demand met the residual is M (q'' - q''_CTC), whatever else acts on the skeleton.
         wanted = np.zeros_like(exact)
-        wanted[:, rows] = self._M * (mass - self._tracking.kp * dq - self._tracking.kv * dv)
+        wanted[:, free] = self._M * (mass - self._tracking.kp * dq - self._tracking.kv * dv)
         return wanted
 
     def _saturated_jacobian(self, mass: float, dq: float, dv: float) -> np.ndarray:

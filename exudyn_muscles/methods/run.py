@@ -52,17 +52,19 @@ def simulate(
     integration.numberOfSteps = steps
     integration.minimumStepSize = step / 1024
     integration.verboseMode = 0
+    # Of a tree with followers the plugin knows the initial accelerations, even with a singular M.
+    integration.generalizedAlpha.computeInitialAccelerations = skeleton.followers is None
     integration.newton.useModifiedNewton = modified_newton
     integration.newton.relativeTolerance = RELATIVE_TOLERANCE
     integration.newton.absoluteTolerance = ABSOLUTE_TOLERANCE
     settings.solution.file.write = False
     settings.solution.sensors.writePeriod = step
-    before = skeleton.initial_state()
+    before = skeleton.initial_arrays()
     if initial is not None:
         skeleton.set_initial_state(*initial)
     try:
         with plugin.attached():
             skeleton.mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2)
     finally:
-        skeleton.set_initial_state(*before)
+        skeleton.set_initial_arrays(*before)
     return plugin.result()

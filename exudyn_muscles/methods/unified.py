@@ -77,7 +77,7 @@ class UnifiedPlugin(Plugin):
     ) -> None:
         super().__init__(model, start, end, settings, motion, progress)
         announce_compilation(unified_step)
-        m, n = len(model.muscles), len(model.coordinates)
+        m, n = len(model.muscles), len(model.skeleton.tree)
         units = model.muscles.units
         # Copies, because numba takes 0.2 us longer over every array that is read-only.
         laws = (array.copy() for array in (units.table, *units.curves))
@@ -133,7 +133,7 @@ class UnifiedPlugin(Plugin):
     def torque(self, t: float, first: bool) -> np.ndarray:
         skeleton = self.skeleton
         failed = unified_step(
-            *self._tables, skeleton.q, skeleton.v, self.step, self._start, self._trial,
+            *self._tables, skeleton.tree_q, skeleton.tree_v, self.step, self._start, self._trial,
             self._arms, self._torque,
         )  # fmt: skip
         if failed >= 0:
@@ -142,20 +142,21 @@ class UnifiedPlugin(Plugin):
                 f"muscle '{self.model.muscles.names[failed]}': no step of {self.step:g} s from "
                 f"activation {self.a[failed]:.4g}, tendon length {self.l_t[failed]:.5g} m"
             )
+        torque = skeleton.reduced(self._torque)
         if self._reserve_torque is not None:
-            return self._torque + self._reserve_torque
-        return self._torque
+            return torque + self._reserve_torque
+        return torque
 
     def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
         # dF/dq = -F_l r and dF/dq' = -F_v r; how r changes matters little within a step.
-        r, F_l, F_v = self._arms, self._trial[4], self._trial[5]
+        r, F_l, F_v = self.skeleton.reduced(self._arms), self._trial[4], self._trial[5]
         wanted = exact.copy()
-        wanted[:, self.skeleton.rows] -= (r.T * (dq * F_l + dv * F_v)) @ r
+        wanted[:, self.skeleton.free] -= (r.T * (dq * F_l + dv * F_v)) @ r
         return wanted
 
     def accept(self, t_0: float, t_1: float) -> None:
         self.a, self.l_t, length, speed = self._trial[:4].copy()
-        self.geometry = Geometry(length, speed, self._arms.copy())
+        self.geometry = Geometry(length, speed, self.skeleton.reduced(self._arms).copy())
         # A window is what was held over accepted steps, wherever they end.
         self.reserve = self._reserve_now
         if self._row is not None:

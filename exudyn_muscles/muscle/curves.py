@@ -84,6 +84,18 @@ class Curve:
         self.pieces[:, END] = [first, *ends, np.nan]  # never reached, not even by infinity
         self.pieces.setflags(write=False)
 
+    @classmethod
+    def line(cls, slope: float, intercept: float) -> Curve:
+        """The straight line slope x + intercept, to the last bit."""
+        curve = cls.__new__(cls)
+        curve.pieces = np.zeros((3, COLUMNS))
+        curve.pieces[:, ORIGIN] = [0.0, 0.0, 1.0]
+        curve.pieces[:, 1] = [intercept, intercept, slope + intercept]
+        curve.pieces[:, 2] = slope
+        curve.pieces[:, END] = [0.0, 1.0, np.nan]
+        curve.pieces.setflags(write=False)
+        return curve
+
     @property
     def range(self) -> tuple[float, float]:
         """Start and end of the range between the two straight lines."""

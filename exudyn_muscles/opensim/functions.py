@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..muscle.curves import Curve
-from ..path.points import simm_spline
+from ..path.functions import simm_spline
 from .document import Element
 
 
