@@ -42,6 +42,7 @@ from .parameters import (
 )
 
 ITERATIONS = 60  # iterations for the velocity of a damped fibre; two are usual
+STILL = 1e-12  # velocity over the maximum one
 CONVERGED = 1e-5  # last correction of it: the next one would be its cube
 
 
@@ -162,7 +163,9 @@ def at_stop(units, i, l_t, l):
 def stopped_rate(units, i, a, l_t, l, l_rate):
     """Whether the fibre rests at its shortest length, and `tendon_rate` with that stop."""
     rate, r_a, r_t, r_l, f_t = tendon_rate(units, i, a, l_t, l, l_rate)
-    if rate > l_rate and l_t >= at_stop(units, i, math.inf, l):
+    # A fibre that bears nothing there rests, too, whatever rounding makes of it.
+    shortens = rate > l_rate - STILL * units.table[i, V_M]
+    if shortens and l_t >= at_stop(units, i, math.inf, l):
         return True, l_rate, 0.0, 0.0, 0.0, f_t
     return False, rate, r_a, r_t, r_l, f_t
 

@@ -35,7 +35,7 @@ CONVERGED = 1e-10  # last Newton correction over the tendon's stretch at F0: the
 LARGEST = 0.5  # Newton correction over that stretch
 
 # Part of the tolerance that one time constant's steps may use up together; set so that the force at
-# the end of the window meets the tolerance over the whole box of states that
+# the end of the window meets the tolerance in 99 % of the whole box of states that
 # tests/muscle/test_window.py draws from.
 SHARE = 0.35
 # Longest step [s], a twentieth of the usual activation time constant: a longer one may straddle a

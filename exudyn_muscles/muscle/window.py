@@ -88,7 +88,7 @@ class WindowEnd(NamedTuple):
     activation, tendon_length, force : ndarray
         a, l_t [m] and F [N].
     sensitivity : ndarray
-        dF/du [N] to some per cent.
+        dF/du [N], good to some per cent of it and of F0 together.
     steps : ndarray
         Number of steps taken.
     """

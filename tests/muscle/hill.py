@@ -421,22 +421,22 @@ def window(muscle, a, l_t, u, l_0, v_0, l_1, v_1, h=WINDOW):
 
     In phases: the fibre moves until it has its shortest length, and rests until it would lengthen.
     """
-    slack, p_min = muscle.tendon_slack_length, shortest(muscle)
-    unit = 0.05 * slack  # the tendon's stretch at some F0
+    p_min, unit = shortest(muscle), 0.05 * muscle.tendon_slack_length  # its stretch at some F0
+    # A fibre that nothing pulls has this velocity but for rounding: it rests.
+    still = 1e-12 * muscle.max_contraction_velocity * muscle.optimal_fiber_length
 
     def at(t, y):
-        l, v = cubic(t, h, l_0, v_0, l_1, v_1)
-        return y[1], slack + unit * y[0], l, v
+        l, _ = cubic(t, h, l_0, v_0, l_1, v_1)
+        return y[1], l - p_min - unit * y[0], l
 
     def phase(t, y, rests):
+        # The state is p - p_min, not l_t: it is exactly zero at the stop.
         def slope(t, y):
-            a, l_t, l, v = at(t, y)
-            p_t = 0.0 if rests else projection_rate(muscle, a, l_t, l)
-            return [(v - p_t) / unit, activation_rate(muscle, a, u)]
+            p_t = 0.0 if rests else projection_rate(muscle, *at(t, y))
+            return [p_t / unit, activation_rate(muscle, y[1], u)]
 
         def end(t, y):
-            a, l_t, l, _ = at(t, y)
-            return projection_rate(muscle, a, l_t, l) if rests else l - l_t - p_min
+            return projection_rate(muscle, *at(t, y)) - still if rests else y[0]
 
         end.terminal, end.direction = True, 1.0 if rests else -1.0
         # As exact as Radau, which agrees with it to 1e-11, in a tenth of the time.
@@ -445,12 +445,13 @@ def window(muscle, a, l_t, u, l_0, v_0, l_1, v_1, h=WINDOW):
         return run.t[-1], run.y[:, -1]
 
     if not muscle.ignore_tendon_compliance:
-        rests = l_0 - l_t <= p_min * (1.0 + 1e-12) and projection_rate(muscle, a, l_t, l_0) < 0.0
-        t, y = phase(0.0, [(l_t - slack) / unit, a], rests)
+        above = l_0 - l_t - p_min
+        y = [above / unit if abs(above) > 1e-12 * l_0 else 0.0, a]
+        rests = y[0] <= 0.0 and projection_rate(muscle, *at(0.0, y)) < still
+        t, y = phase(0.0, y, rests)
         while t < h:
-            y[0] = (at(t, y)[2] - p_min - slack) / unit
             rests = not rests
-            t, y = phase(t, y, rests)
+            t, y = phase(t, [0.0, y[1]], rests)
         l_t = at(h, y)[1]
     a = activation(muscle, a, u, h)
     return a, l_t, force(muscle, a, l_t, l_1, v_1)
