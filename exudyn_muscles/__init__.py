@@ -50,9 +50,9 @@ from .muscle.laws.millard_2012 import Millard2012
 from .muscle.laws.thelen_2003 import Thelen2003
 from .muscle.parameters import Muscle, MuscleSet
 from .muscle.window import Integrator, WindowEnd, integrate_window
+from .path.followers import Follower, linear_function
 from .path.functions import FunctionPath, simm_spline
 from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
-from .path.followers import Follower, linear_function
 from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere
 from .recruitment.normalizers import MaximumIsometricForce, Normalizer, ReachableMaximum
 from .recruitment.optimization import Reserve, Solver

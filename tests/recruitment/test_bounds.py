@@ -153,8 +153,8 @@ def test_bounds_are_smooth_within_a_window(window):
 
         F0 = window.muscles.max_isometric_force
         fine, coarse = (difference(bounds, 0.0, step) / F0 for step in (1e-6, 1e-5))
-        # Force by length is some 1/strain of the tendon, and rounding 1e-16 / 1e-6 of that. Thelen's
-        # curves have kinks, and a step across one is not smooth in where it lies.
+        # Force by length is some 1/strain of the tendon, and rounding 1e-16 / 1e-6 of that.
+        # Thelen's curves have kinks, and a step across one is not smooth in where it lies.
         smooth = [not isinstance(muscle.law, em.Thelen2003) for muscle in window.muscles]
         for those, rtol in ((smooth, 1e-4), (np.logical_not(smooth), 1e-2)):
             np.testing.assert_allclose(fine[:, those], coarse[:, those], rtol=rtol, atol=1e-7)
