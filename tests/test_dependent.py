@@ -438,6 +438,12 @@ def test_pictures_show_the_followers(model, runs):
     np.testing.assert_array_equal(data[:, 1:7], model.state_of_tree(result.coordinates)[0])
 
 
+def test_a_picture(model, runs, tmp_path):
+    file = tmp_path / "leg.png"
+    em.view.render(model, runs["csf"], 0.5, file, size=(80, 60))
+    assert file.stat().st_size > 0
+
+
 def test_locked_and_linear():
     line = em.linear_function(-0.4, 0.1)
     x = np.array([-3.0, -0.2, 0.0, 0.6, 1.0, 8.0])
