@@ -271,7 +271,7 @@ def test_tracking_is_that_of_an_ordinary_tree(runs):
         for scheme in em.Scheme
     }
     assert all(run.max_unmet_torque == 0.0 for run in [*runs.values(), *other.values()])
-    np.testing.assert_allclose(csf, other[em.Scheme.FULL].tracking_errors(), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(csf, other[em.Scheme.FULL].tracking_errors(), rtol=0, atol=1e-13)
     assert np.degrees(runs["csf"].tracking_error_rms()).max() < 0.01
     # Of CSS only to the order of its error.
     ratio = runs["css"].tracking_error_rms() / other[em.Scheme.SIMPLIFIED].tracking_error_rms()
