@@ -144,7 +144,8 @@ class Skeleton:
             raise ModelError(
                 f"the mbs has {constraints} algebraic constraint equations (joints, constraints or "
                 "bodies with Euler parameters, for which nodeType=NodeType.RotationRxyz can be "
-                "used); the methods need independent coordinates"
+                "used); the methods need independent coordinates, and what follows others in the "
+                "tree is given to the model as its followers"
             )
 
     def attach_views(self) -> None:

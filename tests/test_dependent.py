@@ -271,7 +271,7 @@ def test_tracking_is_that_of_an_ordinary_tree(runs):
         for scheme in em.Scheme
     }
     assert all(run.max_unmet_torque == 0.0 for run in [*runs.values(), *other.values()])
-    np.testing.assert_allclose(csf, other[em.Scheme.FULL].tracking_errors(), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(csf, other[em.Scheme.FULL].tracking_errors(), rtol=0, atol=1e-13)
     assert np.degrees(runs["csf"].tracking_error_rms()).max() < 0.01
     # Of CSS only to the order of its error.
     ratio = runs["css"].tracking_error_rms() / other[em.Scheme.SIMPLIFIED].tracking_error_rms()
@@ -436,6 +436,12 @@ def test_pictures_show_the_followers(model, runs):
     result = runs["csf"]
     data = em.view.solution(result, model)["data"]
     np.testing.assert_array_equal(data[:, 1:7], model.state_of_tree(result.coordinates)[0])
+
+
+def test_a_picture(model, runs, tmp_path):
+    file = tmp_path / "leg.png"
+    em.view.render(model, runs["csf"], 0.5, file, size=(80, 60))
+    assert file.stat().st_size > 0
 
 
 def test_locked_and_linear():

@@ -158,3 +158,36 @@ def test_ode1_coordinates_are_second_order():
         return abs(mbs.systemData.GetODE1Coordinates()[0] - np.exp(-1.0))
 
     assert error(20) / error(40) > 3.5
+
+
+def test_a_state_written_before_the_residual_is_the_one_that_counts():
+    """Followers are put in order there, accelerations included, and stay in the accepted state."""
+    mbs, tree = pendulum()
+    mbs.SetObjectParameter(tree, "jointForceVector", [0.0])
+    state = mbs.systemData.GetSystemStateDict(reference=True)
+    q, v, a = (state[name] for name in ("ODE2Coords", "ODE2Coords_t", "ODE2Coords_tt"))
+
+    def write(mbs, t, iteration, _):
+        q[0], v[0], a[0] = 0.3, 0.0, 2.0
+        M, H = 0.6, 9.81 * np.sin(0.3)
+        mbs.SetObjectParameter(tree, "jointForceVector", [M * a[0] + H])
+
+    mbs.SetPreNewtonResidualUserFunction(write)
+    mbs.SolveDynamic(settings(0.01, 0.01), solverType=TRAPEZOIDAL)
+    assert mbs.systemData.GetODE2Coordinates()[0] == 0.3
+    assert mbs.systemData.GetODE2Coordinates_tt()[0] == 2.0
+    assert mbs.sys["dynamicSolver"].it.newtonStepsCount == 1  # the residual was zero
+
+
+def test_a_last_link_without_mass_has_no_finite_mass_matrix():
+    mbs = exu.SystemContainer().AddSystem()
+    massless = RigidBodyInertia(mass=0.0, inertiaTensor=np.zeros((3, 3)))
+    body = RigidBodyInertia(mass=1.0, inertiaTensor=np.eye(3), com=[0.0, -0.5, 0.0])
+    joint = {"jointType": exu.JointType.RevoluteZ, "jointHT": np.eye(4)}
+    links = [
+        TreeLink(parent=-1, linkInertia=body, **joint),
+        TreeLink(parent=0, linkInertia=massless, **joint),
+    ]
+    tree = mbs.CreateKinematicTree(listOfTreeLinks=links)
+    mbs.Assemble()
+    assert np.isnan(mbs.ComputeItem(tree, exu.ComputeItemType.MassMatrix)).any()

@@ -93,8 +93,6 @@ class Followers:
         The followers.
     roots : (N,) int ndarray
         The independent coordinate that each depends on, by its number in the tree.
-    columns : (N,) int ndarray
-        The same by its number among the independent ones.
 
     Raises
     ------
@@ -124,19 +122,24 @@ class Followers:
             order += [i for i in reversed(chain[:-1]) if i not in order]
         self.tied = np.array(order, dtype=np.int64)
         self.free = np.setdiff1d(np.arange(len(names)), self.tied)
-        self.columns = np.searchsorted(self.free, self.roots)
+        columns = np.searchsorted(self.free, self.roots)
+        links = [[d, functions[d][0], self.roots[d], columns[d]] for d in order]
+        R = np.zeros((len(names), self.free.size))
+        R[self.free, columns[self.free]] = 1.0
+        self._slopes = Slopes(R, np.zeros(len(names)))
         self._tables = (
-            np.array([[d, functions[d][0], self.roots[d]] for d in order], dtype=np.int64),
+            np.array(links, dtype=np.int64),
             *pack([functions[d][1] for d in order]),
+            *self._slopes,
         )
 
     def follow(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> Slopes:
-        """Write the followers' entries of q, q', q'' (N,) from the independent ones."""
-        slopes, bends = np.ones(q.size), np.zeros(q.size)
-        follow(*self._tables, q, v, a, slopes, bends)
-        R = np.zeros((q.size, self.free.size))
-        R[np.arange(q.size), self.columns] = slopes
-        return Slopes(R, bends)
+        """Write the followers' entries of q, q', q'' (N,) from the independent ones.
+
+        The slopes are overwritten by the next call.
+        """
+        follow(*self._tables, q, v, a)
+        return self._slopes
 
     def state(
         self, z: np.ndarray, v: np.ndarray, a: np.ndarray
@@ -169,16 +172,17 @@ def _number(follower: Follower, name: str, names: Sequence[str]) -> int:
 
 
 @kernel
-def follow(pairs, grids, bins, pieces, q, v, a, slopes, bends):
+def follow(links, grids, bins, pieces, R, bends, q, v, a):
     """Write what follows in q, q', q'', and its slopes and curvatures over its root.
 
-    `pairs` (k, 3) holds follower, followed and root, those that are followed first.
+    `links` (k, 4) holds follower, followed, root and the root's column in R, those that are
+    followed first.
     """
     curves = PackedCurves(grids, bins, pieces)
-    for k in range(pairs.shape[0]):
-        d, e, j = pairs[k, 0], pairs[k, 1], pairs[k, 2]
+    for k in range(links.shape[0]):
+        d, e, root, j = links[k, 0], links[k, 1], links[k, 2], links[k, 3]
         q[d], slope, curvature = evaluate(curves, k, q[e])
-        slopes[d] = slope * slopes[e]
-        bends[d] = slope * bends[e] + curvature * slopes[e] * slopes[e]
-        v[d] = slopes[d] * v[j]
-        a[d] = slopes[d] * a[j] + bends[d] * v[j] * v[j]
+        R[d, j] = slope * R[e, j]
+        bends[d] = slope * bends[e] + curvature * R[e, j] * R[e, j]
+        v[d] = R[d, j] * v[root]
+        a[d] = R[d, j] * a[root] + bends[d] * v[root] * v[root]
