@@ -8,8 +8,12 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..muscle.curves import Curve
+from ..path.followers import linear_function
 from ..path.functions import simm_spline
 from .document import Element
+
+# A polynomial goes on along its tangent beyond these.
+POLYNOMIAL_BREAKS = (-10.0, -3.0, -1.0, 0.0, 1.0, 3.0, 10.0)
 
 
 class Line(NamedTuple):
@@ -34,6 +38,12 @@ def read_function(element: Element, factor: float = 1.0) -> Line | Curve:
         element.allow("coefficients")
         slope, value = factor * element.vector("coefficients", 2, (1.0, 0.0))
         return Line(float(slope), float(value))
+    if element.tag == "PolynomialFunction":
+        element.allow("coefficients")
+        polynomial = np.poly1d(factor * element.get("coefficients").numbers())  # highest first
+        if polynomial.order < 2:
+            return Line(float(polynomial[1]), float(polynomial[0]))
+        return Curve(polynomial, POLYNOMIAL_BREAKS, name="the polynomial")
     if element.tag == "MultiplierFunction":
         function = element.object("function")
         element.allow("scale", "function", function.tag)
@@ -52,5 +62,4 @@ def as_curve(function: Line | Curve) -> Curve:
     """The function as a curve."""
     if isinstance(function, Curve):
         return function
-    slope, value = function
-    return Curve(lambda x: slope * np.asarray(x) + value, (-1.0, 1.0))
+    return linear_function(*function)
