@@ -16,7 +16,7 @@ from exudyn_muscles.path.tree import link_frames
 
 from .differences import gradient
 from .opensim import REFERENCE, needs_opensim_files
-from .opensim_models import load, path_of
+from .opensim_models import load, path_of, rebuilt
 
 BLOCKS = ["tug_of_war", "tug_of_war_millard", "twoMusclesOnBlock", "block_hanging_from_muscle"]
 STATES = range(20)
@@ -181,7 +181,7 @@ def test_the_legs_bodies_are_opensims(leg):
     bias = leg.table["tau_coriolis"] - leg.table["tau_gravity"]
     for k, (q, v) in enumerate(leg.states()):
         M, h = leg.dynamics(q, v)
-        np.testing.assert_allclose(M, leg.S.T @ leg.table["M"][k] @ leg.S, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(M, leg.S.T @ leg.table["M"][k] @ leg.S, rtol=0, atol=1e-13)
         np.testing.assert_allclose(h, leg.S.T @ bias[k], rtol=0, atol=1e-10)
         for j, body in enumerate(leg.bodies):
             R, p = leg.pose(q, body)
@@ -195,7 +195,7 @@ def test_the_legs_paths_are_opensims(leg):
         found = leg.model.geometry(q, v)
         expected = leg.table["L"][k], leg.table["V"][k], leg.table["R"][k][:, leg.order]
         for values, theirs in zip(found, expected, strict=True):
-            np.testing.assert_allclose(values, theirs, rtol=0, atol=1e-10)
+            np.testing.assert_allclose(values, theirs, rtol=0, atol=1e-13)
 
 
 @needs_opensim_files
@@ -210,6 +210,44 @@ def test_the_legs_accelerations_are_opensims(leg):
             theirs = leg.table[name][k, leg.order]
             found = np.linalg.solve(M, moved_by - h)
             np.testing.assert_allclose(found, theirs, rtol=0, atol=1e-8 * np.abs(theirs).max())
+
+
+STANCE = REFERENCE.parent / "cmc" / "leg6dof9musc_stance"
+
+
+@pytest.fixture(scope="module")
+def old_leg():
+    return em.opensim.load_model(STANCE / "leg6dof9musc_added_mass.osim")
+
+
+@needs_opensim_files
+def test_the_legs_file_before_version_4(leg, old_leg):
+    """With other masses, and rounded numbers."""
+    assert old_leg.coordinates == leg.model.coordinates
+    for q, v in leg.states():
+        found, expected = old_leg.geometry(q, v), leg.model.geometry(q, v)
+        np.testing.assert_allclose(found.length, expected.length, rtol=0, atol=3e-6)
+        np.testing.assert_allclose(found.moment_arms, expected.moment_arms, rtol=0, atol=1e-4)
+
+
+@needs_opensim_files
+def test_a_measured_step_is_tracked(old_leg):
+    """By muscles alone below the pelvis, which residuals carry: here no ground pushes back."""
+    strengths = {"pelvis_tx": 300.0, "pelvis_ty": 1000.0, "pelvis_tilt": 100.0}
+    reserves = [em.Reserve(name, strength) for name, strength in strengths.items()]
+    reserves += [em.Reserve(name, 1.0) for name in old_leg.coordinates[3:]]
+    model = rebuilt(old_leg, old_leg.muscles, reserves)
+    motion = em.Motion.from_file(
+        STANCE / "leg6dof9musc_adjusted_Kinematics_q.sto", model.coordinates, model.skeleton.units
+    )
+    result = em.cosimulate(model, motion)
+    errors = result.coordinates - np.array([motion(t)[0] for t in result.time])
+    assert np.sqrt(np.mean(errors**2, axis=0)).max() < 1.5e-4
+    followers = model.state_of_tree(result.coordinates)[0]
+    knee, patella = (
+        model.skeleton.tree_coordinates.index(name) for name in ("knee_angle_r", "knee_angle_pat_r")
+    )
+    np.testing.assert_array_equal(followers[:, patella], followers[:, knee])
 
 
 # -- Joints ---------------------------------------------------------------------------------------
@@ -416,6 +454,21 @@ def test_a_locked_coordinate_is_welded_at_its_default_value(write):
     np.testing.assert_allclose(loaded.pose([0.7], "body")[1], expected[:3, 3], atol=1e-14)
     first, second = em.opensim.read_coordinates(file)
     assert first.locked and first.default_value == 0.3 and not second.locked
+
+
+def test_a_locked_coordinate_holds_all_axes_that_it_moves(write):
+    inside = coordinates("a", inside=LOCKED) + coordinates("b")
+    loaded = Loaded(
+        write(joints=JOINT.format(kind="CustomJoint", coordinates=inside, inside=SLIDING))
+    )
+    assert loaded.model.coordinates == ("b",)
+    before = frame([0.4, -0.5, 0.6], [0.1, 0.2, 0.3])
+    behind = frame([-0.3, 0.2, 0.7], [-0.2, 0.1, 0.05])
+    moved = KINDS["CustomJoint that slides"][2](0.3, 0.7)
+    expected = before @ moved @ np.linalg.inv(behind)
+    R, p = loaded.pose([0.7], "body")
+    np.testing.assert_allclose(R, expected[:3, :3], atol=1e-14)
+    np.testing.assert_allclose(p, expected[:3, 3], atol=1e-14)
 
 
 LOCKED = "<default_value>0.3</default_value><locked>true</locked>"
@@ -631,7 +684,10 @@ COUPLER = (
 UNIVERSAL = joint("UniversalJoint", ["angle", "b"])
 
 
-def coupled(follower, of="angle", function=line(0.5, 0.25), scale=1.0):
+HALF = line(0.5, 0.25)
+
+
+def coupled(follower, of="angle", function=HALF, scale=1.0):
     return (
         f"<coupled_coordinates_function>{function}</coupled_coordinates_function>"
         f"<independent_coordinate_names>{of}</independent_coordinate_names>"

@@ -231,7 +231,8 @@ def _moving_point(
 ) -> PathPoint | MovingPathPoint:
     locations, coordinates = [f"{x}_location" for x in "xyz"], [f"{x}_coordinate" for x in "xyz"]
     sockets = [f"socket_{coordinate}" for coordinate in coordinates]
-    element.allow("socket_parent_frame", "body", *locations, *coordinates, *sockets)
+    # Before version 4 points that move had a location as well, which meant nothing.
+    element.allow("socket_parent_frame", "body", "location", *locations, *coordinates, *sockets)
     functions, names = [], set()
     for location, *tags in zip(locations, sockets, coordinates, strict=True):
         function = read_function(element.object(location))
