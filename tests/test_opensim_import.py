@@ -474,6 +474,15 @@ def test_a_locked_coordinate_holds_all_axes_that_it_moves(write):
 LOCKED = "<default_value>0.3</default_value><locked>true</locked>"
 
 
+def test_a_coordinate_that_turns_and_slides_is_an_angle(write):
+    skeleton = em.opensim.load_model(
+        write(joints=joint("CustomJoint", ["a", "b"], SLIDING))
+    ).skeleton
+    assert skeleton.coordinates == ("b", "a") and skeleton.units == ("rad", "rad")
+    shifts = ("a/translation1", "b/translation2", "a/translation3")
+    assert skeleton.tree_coordinates == ("b", *shifts, "a", "b/rotation2")
+
+
 def test_a_coupled_coordinate_follows(write):
     """By a function times a factor, from the default value of what it follows."""
     joints = UNIVERSAL.replace('"angle">', '"angle"><default_value>0.2</default_value>')

@@ -242,7 +242,7 @@ class Bodies:
     def _move(self, link: int, H: np.ndarray, axes: list[Axis]) -> Place:
         """The frame behind a joint whose axes begin at the frame `H` of a link; adds its links."""
         leading: dict[str, Axis] = {}
-        for axis in axes:
+        for axis in sorted(axes, key=lambda axis: not axis.rotates):  # an angle if it can be one
             if axis.coordinate is not None and axis.is_own:
                 leading.setdefault(axis.coordinate.name, axis)
         apart: dict[str, Coordinate] = {}
