@@ -48,6 +48,7 @@ class MusculoskeletalModel:
     skeleton : Skeleton
     muscles : MuscleSet
     paths : Paths
+    followers : tuple of Follower
     reserves : tuple of Reserve
     reserve_columns : (n, r) ndarray
         1 where reserve k acts on coordinate j.
@@ -92,6 +93,7 @@ class MusculoskeletalModel:
         self.paths = collect_paths(
             self.muscles, len(self.skeleton.tree), self.skeleton.tree_coordinates
         )
+        self.followers = tuple(followers)
         self.reserves = tuple(reserves)
         self.reserve_columns = reserve_columns(self.coordinates, self.reserves)
         self.geometry = compile_geometry(self.skeleton.tree, self.paths)

@@ -122,6 +122,13 @@ def load(name, **changes):
     model = em.opensim.load_model(path_of(name))
     if not changes:
         return model
-    units = [dataclasses.replace(muscle, **changes) for muscle in model.muscles]
-    tree = model.skeleton.object
-    return em.MusculoskeletalModel(model.mbs, tree, units, coordinates=model.coordinates)
+    return rebuilt(model, [dataclasses.replace(muscle, **changes) for muscle in model.muscles])
+
+
+def rebuilt(model, muscles, reserves=()):
+    """A loaded model with other muscles and reserves."""
+    skeleton = model.skeleton
+    return em.MusculoskeletalModel(
+        model.mbs, skeleton.object, muscles, coordinates=skeleton.tree_coordinates,
+        followers=model.followers, reserves=reserves,
+    )  # fmt: skip

@@ -16,7 +16,7 @@ from exudyn_muscles.path.tree import link_frames
 
 from .differences import gradient
 from .opensim import REFERENCE, needs_opensim_files
-from .opensim_models import load, path_of
+from .opensim_models import load, path_of, rebuilt
 
 BLOCKS = ["tug_of_war", "tug_of_war_millard", "twoMusclesOnBlock", "block_hanging_from_muscle"]
 STATES = range(20)
@@ -31,11 +31,11 @@ class Loaded:
 
     def pose(self, q, body):
         """Rotation (3, 3) and position (3,) of a body."""
-        t, n = self.model.skeleton.tree, len(self.model.coordinates)
+        t, n = self.model.skeleton.tree, len(self.model.skeleton.tree_coordinates)
         R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
         link_frames(
             t.joints, t.parents, t.rotations, t.offsets, t.base, t.reference,
-            np.asarray(q, dtype=float), R, p, axes,
+            self.model.state_of_tree(np.asarray(q, dtype=float))[0], R, p, axes,
         )  # fmt: skip
         link, H = self.places[f"/bodyset/{body}"]
         if link < 0:
@@ -138,14 +138,116 @@ def test_accelerations_with_muscles_are_opensims(name, as_opensim_reads):
         np.testing.assert_allclose(found, theirs, atol=1e-8 * np.abs(theirs).max())
 
 
+# -- A knee that slides while it turns, and a patella coupled to it ------------------------------
+
+
+class Leg(Loaded):
+    """With OpenSim's numbers, whose M and forces are in all speeds, S times those of ours."""
+
+    def __init__(self):
+        super().__init__(path_of("leg6dof9musc"))
+        self.table, labels = reference("leg6dof9musc")
+        names = labels["coordinates"]
+        self.bodies = labels["bodies"]
+        self.order = [names.index(name) for name in self.model.coordinates]
+        self.S = np.eye(len(names))[:, self.order]
+        self.S[names.index("knee_angle_pat_r"), self.model.coordinates.index("knee_angle_r")] = 1.0
+
+    def states(self):
+        return zip(*(self.table[x][:, self.order] for x in "qu"), strict=True)
+
+
+@pytest.fixture(scope="module")
+def leg():
+    return Leg()
+
+
 @needs_opensim_files
-def test_a_knee_that_slides_while_it_turns_is_refused_by_name():
-    text = (
-        r"leg6dof9musc.osim, line \d+: JointSet / CustomJoint 'knee_r' / SpatialTransform / "
-        "TransformAxis 'translation1': this axis follows 'knee_angle_r' by a function"
+def test_the_legs_coordinates(leg):
+    model = leg.model
+    tilt, shifts = "pelvis_tilt", ("pelvis_tx", "pelvis_ty")
+    rest = ("hip_flexion_r", "knee_angle_r", "ankle_angle_r")
+    assert model.coordinates == (*shifts, tilt, *rest)
+    z, v = model.skeleton.initial_state()
+    # Theirs is projected onto the coupler, from defaults 2e-8 apart.
+    np.testing.assert_allclose(z, leg.table["q"][0, leg.order], rtol=0, atol=3e-8)
+    whole = model.skeleton.initial_arrays()
+    for found, expected in zip(whole, model.state_of_tree(z, v), strict=True):
+        np.testing.assert_array_equal(found, expected)
+
+
+@needs_opensim_files
+def test_the_legs_bodies_are_opensims(leg):
+    bias = leg.table["tau_coriolis"] - leg.table["tau_gravity"]
+    for k, (q, v) in enumerate(leg.states()):
+        M, h = leg.dynamics(q, v)
+        np.testing.assert_allclose(M, leg.S.T @ leg.table["M"][k] @ leg.S, rtol=0, atol=1e-13)
+        np.testing.assert_allclose(h, leg.S.T @ bias[k], rtol=0, atol=1e-10)
+        for j, body in enumerate(leg.bodies):
+            R, p = leg.pose(q, body)
+            np.testing.assert_allclose(R.ravel(), leg.table["body_R"][k, j], rtol=0, atol=1e-13)
+            np.testing.assert_allclose(p, leg.table["body_pos"][k, j], rtol=0, atol=1e-13)
+
+
+@needs_opensim_files
+def test_the_legs_paths_are_opensims(leg):
+    for k, (q, v) in enumerate(leg.states()):
+        found = leg.model.geometry(q, v)
+        expected = leg.table["L"][k], leg.table["V"][k], leg.table["R"][k][:, leg.order]
+        for values, theirs in zip(found, expected, strict=True):
+            np.testing.assert_allclose(values, theirs, rtol=0, atol=1e-13)
+
+
+@needs_opensim_files
+def test_the_legs_accelerations_are_opensims(leg):
+    model, nothing = leg.model, np.empty(0)
+    for k, (q, v) in enumerate(leg.states()):
+        geometry = model.geometry(q, v)
+        l_t = em.tendon_length(model.muscles, leg.table["lf"][k], geometry.length)
+        M, h = leg.dynamics(q, v)
+        torque = model.torque(geometry, leg.table["act"][k], l_t, nothing)
+        for moved_by, name in ((0.0, "udot_passive"), (torque, "udot_muscle")):
+            theirs = leg.table[name][k, leg.order]
+            found = np.linalg.solve(M, moved_by - h)
+            np.testing.assert_allclose(found, theirs, rtol=0, atol=1e-8 * np.abs(theirs).max())
+
+
+STANCE = REFERENCE.parent / "cmc" / "leg6dof9musc_stance"
+
+
+@pytest.fixture(scope="module")
+def old_leg():
+    return em.opensim.load_model(STANCE / "leg6dof9musc_added_mass.osim")
+
+
+@needs_opensim_files
+def test_the_legs_file_before_version_4(leg, old_leg):
+    """With other masses, and rounded numbers."""
+    assert old_leg.coordinates == leg.model.coordinates
+    for q, v in leg.states():
+        found, expected = old_leg.geometry(q, v), leg.model.geometry(q, v)
+        np.testing.assert_allclose(found.length, expected.length, rtol=0, atol=3e-6)
+        np.testing.assert_allclose(found.moment_arms, expected.moment_arms, rtol=0, atol=1e-4)
+
+
+@needs_opensim_files
+def test_a_measured_step_is_tracked(old_leg):
+    """By muscles alone below the pelvis, which residuals carry: here no ground pushes back."""
+    strengths = {"pelvis_tx": 300.0, "pelvis_ty": 1000.0, "pelvis_tilt": 100.0}
+    reserves = [em.Reserve(name, strength) for name, strength in strengths.items()]
+    reserves += [em.Reserve(name, 1.0) for name in old_leg.coordinates[3:]]
+    model = rebuilt(old_leg, old_leg.muscles, reserves)
+    motion = em.Motion.from_file(
+        STANCE / "leg6dof9musc_adjusted_Kinematics_q.sto", model.coordinates, model.skeleton.units
     )
-    with pytest.raises(em.ModelFileError, match=text):
-        load("leg6dof9musc")
+    result = em.cosimulate(model, motion)
+    errors = result.coordinates - np.array([motion(t)[0] for t in result.time])
+    assert np.sqrt(np.mean(errors**2, axis=0)).max() < 1.5e-4
+    followers = model.state_of_tree(result.coordinates)[0]
+    knee, patella = (
+        model.skeleton.tree_coordinates.index(name) for name in ("knee_angle_r", "knee_angle_pat_r")
+    )
+    np.testing.assert_array_equal(followers[:, patella], followers[:, knee])
 
 
 # -- Joints ---------------------------------------------------------------------------------------
@@ -274,6 +376,19 @@ TILTED = axes(
         "</coefficients></LinearFunction></function><scale>0.5</scale></MultiplierFunction>",
     ),
 )  # fmt: skip
+POLYNOMIAL = (
+    '<PolynomialFunction name="function"><coefficients>0.2 -0.3 0.5 0.1</coefficients>'
+    "</PolynomialFunction>"
+)
+SPLINE = '<SimmSpline name="function"><x>-2 0 1 2</x><y>0.1 0.2 0.1 0.3</y></SimmSpline>'
+SLIDING = axes(  # a has an axis of its own, b has none
+    rotation1=("a", (0.0, 0.0, 1.0), line(1, 0)),
+    rotation2=("b", (0.0, 1.0, 0.0), line(2, 0.25)),
+    translation1=("a", (1.0, 0.0, 0.0), POLYNOMIAL),
+    translation2=("b", (0.0, 1.0, 0.0), SPLINE),
+    translation3=("a", (0.0, 0.0, 1.0), line(-1, 0.5)),
+)
+spline = em.simm_spline([-2, 0, 1, 2], [0.1, 0.2, 0.1, 0.3])
 X, Y, Z = np.eye(3)
 KINDS = {
     "PinJoint": (["a"], "", lambda a: about(Z, a)),
@@ -293,6 +408,15 @@ KINDS = {
             @ about([0, -1, 1], -b)
         ),
     ),
+    "CustomJoint that slides": (
+        ["a", "b"],
+        SLIDING,
+        lambda a, b: (
+            along(0.2 * a**3 - 0.3 * a**2 + 0.5 * a + 0.1, float(spline(b)), 0.5 - a)
+            @ about(Z, a)
+            @ about(Y, 2 * b + 0.25)
+        ),
+    ),
 }
 
 
@@ -300,7 +424,7 @@ KINDS = {
 def test_joints_move_as_their_formulas_say(kind, write):
     """Poses, and the mass matrix from their derivatives."""
     names, inside, formula = KINDS[kind]
-    loaded = Loaded(write(joints=joint(kind, names, inside)))
+    loaded = Loaded(write(joints=joint(kind.split()[0], names, inside)))
     given = dict(zip(names, np.random.default_rng(1).uniform(-1.0, 1.0, len(names)), strict=True))
     q = np.array([given[name] for name in loaded.model.coordinates])
     assert set(loaded.model.coordinates) == set(names)
@@ -330,6 +454,81 @@ def test_a_locked_coordinate_is_welded_at_its_default_value(write):
     np.testing.assert_allclose(loaded.pose([0.7], "body")[1], expected[:3, 3], atol=1e-14)
     first, second = em.opensim.read_coordinates(file)
     assert first.locked and first.default_value == 0.3 and not second.locked
+
+
+def test_a_locked_coordinate_holds_all_axes_that_it_moves(write):
+    inside = coordinates("a", inside=LOCKED) + coordinates("b")
+    loaded = Loaded(
+        write(joints=JOINT.format(kind="CustomJoint", coordinates=inside, inside=SLIDING))
+    )
+    assert loaded.model.coordinates == ("b",)
+    before = frame([0.4, -0.5, 0.6], [0.1, 0.2, 0.3])
+    behind = frame([-0.3, 0.2, 0.7], [-0.2, 0.1, 0.05])
+    moved = KINDS["CustomJoint that slides"][2](0.3, 0.7)
+    expected = before @ moved @ np.linalg.inv(behind)
+    R, p = loaded.pose([0.7], "body")
+    np.testing.assert_allclose(R, expected[:3, :3], atol=1e-14)
+    np.testing.assert_allclose(p, expected[:3, 3], atol=1e-14)
+
+
+LOCKED = "<default_value>0.3</default_value><locked>true</locked>"
+
+
+def test_a_coordinate_that_turns_and_slides_is_an_angle(write):
+    skeleton = em.opensim.load_model(
+        write(joints=joint("CustomJoint", ["a", "b"], SLIDING))
+    ).skeleton
+    assert skeleton.coordinates == ("b", "a") and skeleton.units == ("rad", "rad")
+    shifts = ("a/translation1", "b/translation2", "a/translation3")
+    assert skeleton.tree_coordinates == ("b", *shifts, "a", "b/rotation2")
+
+
+def test_a_coupled_coordinate_follows(write):
+    """By a function times a factor, from the default value of what it follows."""
+    joints = UNIVERSAL.replace('"angle">', '"angle"><default_value>0.2</default_value>')
+    rest = COUPLER.format(coupled("b", function=POLYNOMIAL, scale=2.0))
+    loaded = Loaded(write(joints=joints, rest=rest))
+    model = loaded.model
+    assert model.coordinates == ("angle",)
+    followed = 2.0 * np.polyval([0.2, -0.3, 0.5, 0.1], [0.2, 0.7])
+    start = model.skeleton.initial_arrays()[0]
+    np.testing.assert_allclose(start, [0.2, followed[0]], rtol=0, atol=1e-14)
+    whole = model.state_of_tree([0.7])[0]
+    np.testing.assert_allclose(whole, [0.7, followed[1]], rtol=0, atol=1e-14)
+    found = loaded.dynamics([0.7], [0.0])
+    for mine, theirs in zip(found, mass_and_weight(loaded, [0.7], "body"), strict=True):
+        np.testing.assert_allclose(mine, theirs, atol=1e-9)
+
+
+def test_what_is_coupled_to_a_locked_coordinate_rests(write):
+    inside = "".join(coordinates(name, inside=LOCKED * (name == "a")) for name in "abc")
+    joints = JOINT.format(kind="BallJoint", coordinates=inside, inside="")
+    model = em.opensim.load_model(write(joints=joints, rest=COUPLER.format(coupled("b", of="a"))))
+    assert model.coordinates == ("c",)
+    np.testing.assert_allclose(model.state_of_tree([0.7], [1.0]), [[0.4, 0.7], [0.0, 1.0]])
+
+
+@pytest.mark.parametrize("active", [True, False])
+def test_points_that_depend_on_a_locked_coordinate_stay(active, write):
+    name = "<socket_{}coordinate>/jointset/joint/b</socket_{}coordinate>"
+    sometimes = BODY_POINT.replace("PathPoint", "ConditionalPathPoint").replace(
+        "</location>",
+        f"</location>{name.format('', '')}<range>{'0 1' if active else '1 2'}</range>",
+    )
+    moving = (
+        '<MovingPathPoint name="m"><socket_parent_frame>/bodyset/body</socket_parent_frame>'
+        + "".join(name.format(f"{x}_", f"{x}_") for x in "xyz")
+        + f"<x_location>{SPLINE}</x_location><y_location>{POLYNOMIAL}</y_location>"
+        f"<z_location>{line(2, 0.1)}</z_location></MovingPathPoint>"
+    )
+    joints = UNIVERSAL.replace('"b">', f'"b">{LOCKED}')
+    forces = muscle(points=GROUND_POINT + sometimes + moving)
+    (found,) = em.opensim.load_model(write(joints=joints, forces=forces)).muscles
+    assert all(type(point) is em.PathPoint for point in found.path)
+    assert len(found.path) == 2 + active
+    place = Bodies(read_document(write(joints=joints))).places["/bodyset/body"]
+    last = [float(spline(0.3)), np.polyval([0.2, -0.3, 0.5, 0.1], 0.3), 0.7]
+    np.testing.assert_allclose(found.path[-1].position, place.at(np.array(last)), atol=1e-14)
 
 
 def test_coordinates_keep_what_the_file_says(write):
@@ -491,6 +690,24 @@ COUPLER = (
     '<ConstraintSet><objects><CoordinateCouplerConstraint name="c">{}'
     "</CoordinateCouplerConstraint></objects></ConstraintSet>"
 )
+UNIVERSAL = joint("UniversalJoint", ["angle", "b"])
+
+
+HALF = line(0.5, 0.25)
+
+
+def coupled(follower, of="angle", function=HALF, scale=1.0):
+    return (
+        f"<coupled_coordinates_function>{function}</coupled_coordinates_function>"
+        f"<independent_coordinate_names>{of}</independent_coordinate_names>"
+        f"<dependent_coordinate_name>{follower}</dependent_coordinate_name>"
+        f"<scale_factor>{scale}</scale_factor>"
+    )
+
+
+SECOND = (
+    f'<CoordinateCouplerConstraint name="d">{coupled("b")}</CoordinateCouplerConstraint></objects>'
+)
 SINE = '<Sine name="function"/>'
 CURVINESS = "<FiberForceLengthCurve><curviness>0.5</curviness></FiberForceLengthCurve>"
 
@@ -517,8 +734,18 @@ def changed(of, old, new):
          "Coordinate 'angle' / prescribed: this cannot"),
         ({"joints": changed(PIN, '"angle">', '"angle"><locked>maybe</locked>')},
          "locked: expected true or false, got 'maybe'"),
-        ({"joints": joint("CustomJoint", ["a"], axes(rotation1=("a", Z, line(2, 0))))},
-         "TransformAxis 'rotation1': this axis follows 'a' by a function"),
+        ({"rest": COUPLER.format(coupled("c"))}, "'c': there is no coordinate 'c'"),
+        ({"rest": COUPLER.format(coupled("angle", of="angle"))}, "followers in a circle: angle"),
+        ({"rest": COUPLER.format(coupled("angle", of="a b"))},
+         "independent_coordinate_names: a function of several coordinates"),
+        ({"rest": COUPLER.format(coupled("b")).replace("</objects>", SECOND), "joints": UNIVERSAL},
+         "CoordinateCouplerConstraint 'd': coordinate 'b' is coupled already, in line"),
+        ({"rest": COUPLER.format(coupled("b")), "joints": UNIVERSAL.replace(
+            '"b">', '"b"><locked>true</locked>')}, "'c': coordinate 'b' is locked as well"),
+        ({"rest": COUPLER.format(coupled("b")), "joints": UNIVERSAL.replace(
+            '"angle">', '"angle"><locked>true</locked>')}, "'c': no coordinate is left"),
+        ({"rest": "<ConstraintSet><objects><WeldConstraint name='w'/></objects></ConstraintSet>"},
+         "ConstraintSet / WeldConstraint 'w': this cannot"),
         ({"joints": joint("CustomJoint", ["a"], axes())}, "coordinate 'a' moves nothing"),
         ({"joints": joint("CustomJoint", ["a"], axes(rotation1=("b", Z, line(1, 0))))},
          "the joint has no coordinate 'b'"),

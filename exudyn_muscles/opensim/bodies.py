@@ -1,7 +1,9 @@
 """Bodies, frames and joints as links of a tree.
 
 A joint becomes as many links as it has axes that move, all but the last without mass. A body is
-fixed to the last of them, or to its parent's link if the joint is a weld.
+fixed to the last of them, or to its parent's link if the joint is a weld. Links whose axes are
+functions of a coordinate follow the link that has this coordinate itself: one of the joint's axes,
+or else a hinge apart that carries nothing.
 """
 
 from __future__ import annotations
@@ -13,8 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..muscle.curves import Curve
+from ..path.followers import Follower, linear_function
 from ..path.tree import GROUND, PRISMATIC
+from .couplers import Coupler, read_couplers
 from .document import Element
 from .functions import Line, as_curve
 from .joints import Axis, Coordinate, read_axes
@@ -64,17 +67,20 @@ class Link:
         -1 for ground.
     frame : (4, 4) ndarray
         Of the joint, in the parent's.
+    name : str
+        Of the link's coordinate: that of `coordinate`, or of an axis that is a function of it.
     coordinate : Coordinate
-    follows : Curve or None
-        None: the link's coordinate is `coordinate` itself; else it is this function of it.
+    follows : Follower or None
+        None: the link's coordinate is independent.
     inertia : Inertia
     """
 
     joint: int
     parent: int
     frame: np.ndarray
+    name: str
     coordinate: Coordinate
-    follows: Curve | None
+    follows: Follower | None
     inertia: Inertia
 
 
@@ -103,6 +109,8 @@ class Bodies:
     links : list of Link
     coordinates : list of Coordinate
         All that the file has.
+    locked : dict of str to float
+        The values of those that are held.
     places : dict of str to Place
         Of ground and the bodies, by their paths (`/ground`, `/bodyset/femur`).
     wraps : list of (Element, Place)
@@ -135,6 +143,8 @@ class Bodies:
         for body in bodies:
             joints += body.items("Joint")  # before version 4
         self._join([self._end(joint) for joint in joints])
+        self.locked = {each.name: each.default_value for each in self.coordinates if each.locked}
+        self._couple(read_couplers(model))
         for body in bodies:
             path = _body_path(body.name)
             if path not in self.places:
@@ -232,30 +242,50 @@ class Bodies:
     def _move(self, link: int, H: np.ndarray, axes: list[Axis]) -> Place:
         """The frame behind a joint whose axes begin at the frame `H` of a link; adds its links."""
         leading: dict[str, Axis] = {}
-        for axis in axes:
+        for axis in sorted(axes, key=lambda axis: not axis.rotates):  # an angle if it can be one
             if axis.coordinate is not None and axis.is_own:
                 leading.setdefault(axis.coordinate.name, axis)
+        apart: dict[str, Coordinate] = {}
+        for axis in axes:
+            coordinate = axis.coordinate
+            if coordinate is not None and axis.fixed is None and coordinate.name not in leading:
+                apart[coordinate.name] = coordinate
+        self.links += [_hinge(coordinate) for coordinate in apart.values()]
         for axis in axes:
             if axis.fixed is not None or axis.coordinate is None:
                 H = H @ _moved(axis, axis.fixed or 0.0)
                 continue
-            follows, direction = None, axis.direction
-            if leading.get(axis.coordinate.name) is axis and isinstance(axis.function, Line):
+            name, follows, direction = axis.coordinate.name, None, axis.direction
+            if leading.get(name) is axis and isinstance(axis.function, Line):
                 direction = axis.function.slope * direction
                 H = H @ _moved(axis, axis.function.value)
             else:
-                follows = as_curve(axis.function)
-            if follows is not None:  # until trees can have dependent coordinates
-                raise axis.element.error(
-                    f"this axis follows '{axis.coordinate.name}' by a function, which makes a "
-                    "dependent coordinate and cannot be represented yet"
-                )
+                name = f"{name}/{axis.element.name}"
+                follows = Follower(name, of=axis.coordinate.name, function=as_curve(axis.function))
             number, turn = _aligned(direction)
             joint = number if axis.rotates else number + PRISMATIC
             nothing = Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
-            self.links.append(Link(joint, link, H @ turn, axis.coordinate, follows, nothing))
+            self.links.append(Link(joint, link, H @ turn, name, axis.coordinate, follows, nothing))
             link, H = len(self.links) - 1, turn.T
         return Place(link, H)
+
+    def _couple(self, couplers: dict[str, Coupler]) -> None:
+        """Let coordinates follow others."""
+        links = {link.name: link for link in self.links}
+        free = [link.name for link in self.links if not (link.follows or link.name in couplers)]
+        for name, (of, given, element) in couplers.items():
+            for each in (name, of):
+                if not any(each == coordinate.name for coordinate in self.coordinates):
+                    raise element.error(f"there is no coordinate '{each}'")
+            if name in self.locked:
+                raise element.error(f"coordinate '{name}' is locked as well")
+            function = as_curve(given)
+            if of in self.locked:  # and so is what follows: any other one, with slope zero
+                if not free:
+                    raise element.error("no coordinate is left that is independent")
+                function = linear_function(0.0, float(function(self.locked[of])))
+                of = free[0]
+            links[name].follows = Follower(name, of=of, function=function)
 
     def _add_inertia(self, place: Place, body: Element) -> None:
         """Add a body's mass to its link; ground needs none."""
@@ -286,6 +316,15 @@ def _joint_path(joint: Element) -> str:
 def _pose(element: Element, angles: str, position: str) -> np.ndarray:
     """The pose (4, 4) of a frame from body-fixed angles about x, y and z, and its position."""
     return pose(element.vector(angles, default=ZERO), element.vector(position, default=ZERO))
+
+
+def _hinge(coordinate: Coordinate) -> Link:
+    """A link for a coordinate that is no axis's own value.
+
+    Its mass is a point on its axis, which adds nothing to the equations of motion.
+    """
+    point = Inertia(1.0, np.zeros(3), np.zeros((3, 3)))
+    return Link(Z, GROUND, np.eye(4), coordinate.name, coordinate, None, point)
 
 
 def _aligned(direction: np.ndarray) -> tuple[int, np.ndarray]:

@@ -25,6 +25,8 @@ HARMLESS = frozenset(
     ["Appearance", "FrameGeometry", "VisibleObject", "attached_geometry", "default_color", "groups"]
 )
 NOT_TOLD = ("", "OpenSimDocument", "Model", "objects")  # on the way to an element
+# Any of these may switch a force, constraint or controller off.
+ON = ("appliesForce", "isEnforced", "enabled")
 TRUTH = {"true": True, "false": False, "1": True, "0": False}
 
 
@@ -75,6 +77,11 @@ class Element:
         for child in self.children:
             if child.tag not in tags and child.tag not in HARMLESS:
                 raise child.error("this is not known, and might change what the model does")
+
+    @property
+    def is_on(self) -> bool:
+        """Whether a force, constraint or controller does anything."""
+        return all(self.flag(name, True) for name in ON) and not self.flag("isDisabled")
 
     def properties(self) -> list[Element]:
         """The children, if each of them is the only one with its tag."""

@@ -8,8 +8,14 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..muscle.curves import Curve
+from ..path.followers import linear_function
 from ..path.functions import simm_spline
 from .document import Element
+
+# OpenSim reads the older names as the first.
+SPLINES = ("SimmSpline", "NaturalCubicSpline", "natCubicSpline")
+# A polynomial goes on along its tangent beyond these.
+POLYNOMIAL_BREAKS = (-10.0, -3.0, -1.0, 0.0, 1.0, 3.0, 10.0)
 
 
 class Line(NamedTuple):
@@ -34,11 +40,17 @@ def read_function(element: Element, factor: float = 1.0) -> Line | Curve:
         element.allow("coefficients")
         slope, value = factor * element.vector("coefficients", 2, (1.0, 0.0))
         return Line(float(slope), float(value))
+    if element.tag == "PolynomialFunction":
+        element.allow("coefficients")
+        polynomial = np.poly1d(factor * element.get("coefficients").numbers())  # highest first
+        if polynomial.order < 2:
+            return Line(float(polynomial[1]), float(polynomial[0]))
+        return Curve(polynomial, POLYNOMIAL_BREAKS, name="the polynomial")
     if element.tag == "MultiplierFunction":
         function = element.object("function")
         element.allow("scale", "function", function.tag)
         return read_function(function, factor * element.number("scale", 1.0))
-    if element.tag == "SimmSpline":
+    if element.tag in SPLINES:
         element.allow("x", "y")
         x, y = element.get("x").numbers(), element.get("y").numbers()
         try:
@@ -52,5 +64,4 @@ def as_curve(function: Line | Curve) -> Curve:
     """The function as a curve."""
     if isinstance(function, Curve):
         return function
-    slope, value = function
-    return Curve(lambda x: slope * np.asarray(x) + value, (-1.0, 1.0))
+    return linear_function(*function)

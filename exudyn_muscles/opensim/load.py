@@ -10,30 +10,31 @@ from exudyn.utilities import RigidBodyInertia, TreeLink
 
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
+from ..path.followers import Follower, Followers
 from ..skeleton import JOINTS
 from .bodies import Bodies, Link
-from .document import Element, read_document
+from .document import read_document
 from .joints import Coordinate
 from .muscles import CLASSES, read_muscle, read_reserve
 
 TYPES = {number: joint for joint, number in JOINTS.items()}
 # What a model may hold, what of it does not matter, and what has to be empty or switched off.
-READ = ("Ground", "gravity", "BodySet", "JointSet", "ForceSet")
+READ = ("Ground", "gravity", "BodySet", "JointSet", "ConstraintSet", "ForceSet")
 HARMLESS = (
     "credits", "publications", "length_units", "force_units", "assembly_accuracy", "MarkerSet",
     "ContactGeometrySet", "ProbeSet", "ModelVisualPreferences", "notes",
 )  # fmt: skip
-REFUSED = ("ControllerSet", "ConstraintSet", "ComponentSet", "components", "defaults")
-ON = ("appliesForce", "isEnforced", "enabled")
+REFUSED = ("ControllerSet", "ComponentSet", "components", "defaults")
 
 
 def load_model(file: str | Path) -> MusculoskeletalModel:
     """The musculoskeletal model of an `.osim` file of OpenSim 2 to 4, on a new Exudyn system.
 
     Bodies behind a weld join its parent's link, a joint with several coordinates becomes as many
-    links. Coordinates have the file's names and OpenSim's values; a locked one is no coordinate but
-    keeps its default value. The file's default pose is the system's initial state. Coordinate
-    actuators become reserves.
+    links. Axes that are functions of a coordinate, and coordinates coupled to others, become
+    followers. Coordinates have the file's names and OpenSim's values; a locked one is no coordinate
+    but keeps its default value. The file's default pose is the system's initial state, in which
+    followers are where they belong. Coordinate actuators become reserves.
 
     Parameters
     ----------
@@ -53,11 +54,11 @@ def load_model(file: str | Path) -> MusculoskeletalModel:
         raise model.error("it has no coordinates")
     for tag in REFUSED:
         for item in model.items(tag):
-            if _is_on(item):
+            if item.is_on:
                 item.refuse()
     muscles, reserves = [], []
     for force in model.items("ForceSet"):
-        if not _is_on(force):
+        if not force.is_on:
             continue
         if force.tag in CLASSES:
             muscles.append(read_muscle(force, bodies))
@@ -66,10 +67,13 @@ def load_model(file: str | Path) -> MusculoskeletalModel:
         else:
             force.refuse()
     gravity = model.vector("gravity", default=(0.0, -9.80665, 0.0))
-    mbs, tree = _build(bodies.links, gravity)
-    names = [link.coordinate.name for link in bodies.links]
+    names = [link.name for link in bodies.links]
+    followers = [link.follows for link in bodies.links if link.follows is not None]
     try:
-        return MusculoskeletalModel(mbs, tree, muscles, coordinates=names, reserves=reserves)
+        mbs, tree = _build(bodies.links, followers, gravity)
+        return MusculoskeletalModel(
+            mbs, tree, muscles, coordinates=names, followers=followers, reserves=reserves
+        )
     except ParameterError as error:
         raise model.error(str(error)) from None
 
@@ -85,13 +89,22 @@ def read_coordinates(file: str | Path) -> tuple[Coordinate, ...]:
     return tuple(Bodies(read_document(file)).coordinates)
 
 
-def _is_on(item: Element) -> bool:
-    """Whether a force, constraint or controller does anything."""
-    return all(item.flag(name, True) for name in ON) and not item.flag("isDisabled")
+def _start(links: list[Link], followers: list[Follower]) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates and speeds of all links in the file's default pose."""
+    values = np.array([link.coordinate.default_value for link in links])
+    speeds = np.array([link.coordinate.default_speed for link in links])
+    if followers:
+        among = Followers(followers, [link.name for link in links])
+        free = among.free
+        (values, speeds, _), _ = among.state(values[free], speeds[free], np.zeros(len(free)))
+    return values, speeds
 
 
-def _build(links: list[Link], gravity: np.ndarray) -> tuple[exu.MainSystem, int]:
+def _build(
+    links: list[Link], followers: list[Follower], gravity: np.ndarray
+) -> tuple[exu.MainSystem, int]:
     """The assembled system and its tree."""
+    q, v = _start(links, followers)
     SC = exu.SystemContainer()
     mbs = SC.AddSystem()
     tree = mbs.CreateKinematicTree(
@@ -104,8 +117,8 @@ def _build(links: list[Link], gravity: np.ndarray) -> tuple[exu.MainSystem, int]
             )
             for link in links
         ],
-        initialCoordinates=[link.coordinate.default_value for link in links],
-        initialCoordinates_t=[link.coordinate.default_speed for link in links],
+        initialCoordinates=q,
+        initialCoordinates_t=v,
         gravity=gravity,
     )
     mbs.Assemble()

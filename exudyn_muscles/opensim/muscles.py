@@ -26,7 +26,7 @@ from ..muscle.laws.millard_2012 import (
 )
 from ..muscle.laws.thelen_2003 import Thelen2003
 from ..muscle.parameters import RANGES, Muscle
-from ..path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
+from ..path.points import BEYOND_RANGE, ConditionalPathPoint, MovingPathPoint, PathPoint
 from ..path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapSurface
 from ..recruitment.optimization import Reserve
 from .bodies import Bodies, Place, pose
@@ -150,7 +150,8 @@ def read_muscle(element: Element, bodies: Bodies) -> Muscle:
     if path.tag != "GeometryPath":
         path.refuse()  # a function of the coordinates
     path.allow("PathPointSet", "PathWrapSet")
-    points = [_point(point, bodies) for point in path.items("PathPointSet")]
+    found = [_point(point, bodies) for point in path.items("PathPointSet")]
+    points = [point for point in found if point is not None]
     wraps = [_wrap(wrap, bodies) for wrap in path.items("PathWrapSet")]
     return dataclasses.replace(muscle, path=points, wraps=wraps)
 
@@ -202,14 +203,14 @@ def read_reserve(element: Element) -> Reserve:
 # Paths.
 
 
-def _point(element: Element, bodies: Bodies) -> PathPoint | MovingPathPoint:
-    """A point of a path."""
+def _point(element: Element, bodies: Bodies) -> PathPoint | MovingPathPoint | None:
+    """A point of a path, None if a locked coordinate keeps it out."""
     if element.tag not in ("PathPoint", "ConditionalPathPoint", "MovingPathPoint"):
         element.refuse()
     frame = ("socket_parent_frame", "body")
     place = bodies.place(element.get(*frame))
     if element.tag == "MovingPathPoint":
-        return _moving_point(element, place)
+        return _moving_point(element, place, bodies.locked)
     position = place.at(element.vector("location")).tolist()
     if element.tag == "PathPoint":
         element.allow(*frame, "location")
@@ -217,22 +218,35 @@ def _point(element: Element, bodies: Bodies) -> PathPoint | MovingPathPoint:
     element.allow(*frame, "location", "range", "socket_coordinate", "coordinate")
     coordinate = _coordinate(element, "socket_coordinate", "coordinate")
     low, high = element.vector("range", 2)
+    if coordinate in bodies.locked:
+        inside = low - BEYOND_RANGE <= bodies.locked[coordinate] <= high + BEYOND_RANGE
+        return PathPoint(position, place.link) if inside else None
     return ConditionalPathPoint(
         position, place.link, coordinate=coordinate, range=(float(low), float(high))
     )
 
 
-def _moving_point(element: Element, place: Place) -> MovingPathPoint:
+def _moving_point(
+    element: Element, place: Place, locked: Mapping[str, float]
+) -> PathPoint | MovingPathPoint:
     locations, coordinates = [f"{x}_location" for x in "xyz"], [f"{x}_coordinate" for x in "xyz"]
     sockets = [f"socket_{coordinate}" for coordinate in coordinates]
-    element.allow("socket_parent_frame", "body", *locations, *coordinates, *sockets)
-    functions = [read_function(element.object(location)) for location in locations]
-    names = {
-        _coordinate(element, socket, name)
-        for function, socket, name in zip(functions, sockets, coordinates, strict=True)
-        if not (isinstance(function, Line) and function.slope == 0.0)
-    }
-    if len(names) != 1:
+    # Before version 4 points that move had a location as well, which meant nothing.
+    element.allow("socket_parent_frame", "body", "location", *locations, *coordinates, *sockets)
+    functions, names = [], set()
+    for location, *tags in zip(locations, sockets, coordinates, strict=True):
+        function = read_function(element.object(location))
+        if not (isinstance(function, Line) and function.slope == 0.0):
+            name = _coordinate(element, *tags)
+            if name in locked:
+                function = Line(0.0, float(as_curve(function)(locked[name])))
+            else:
+                names.add(name)
+        functions.append(function)
+    if not names:
+        position = [as_curve(function)(0.0) for function in functions]
+        return PathPoint(place.at(np.array(position)).tolist(), place.link)
+    if len(names) > 1:
         raise element.error(f"expected a point that moves with one coordinate, found {len(names)}")
     curves = [as_curve(function) for function in functions]
     breaks = np.unique(np.concatenate([curve.pieces[1:, 0] for curve in curves]))

@@ -1,0 +1,49 @@
+"""Coordinates that a constraint couples to others."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..muscle.curves import Curve
+from .document import Element
+from .functions import Line, read_function
+
+
+class Coupler(NamedTuple):
+    """What a coordinate follows: the coordinate `of` by a `function`. `element` is its place."""
+
+    of: str
+    function: Line | Curve
+    element: Element
+
+
+def read_couplers(model: Element) -> dict[str, Coupler]:
+    """The couplers of a model by the coordinates that follow.
+
+    Raises
+    ------
+    ModelFileError
+        There are other constraints, or one of these cannot be represented; names it.
+    """
+    couplers: dict[str, Coupler] = {}
+    for item in model.items("ConstraintSet"):
+        if not item.is_on:
+            continue
+        if item.tag != "CoordinateCouplerConstraint":
+            item.refuse()
+        item.allow(
+            "isEnforced", "isDisabled", "coupled_coordinates_function",
+            "independent_coordinate_names", "dependent_coordinate_name", "scale_factor",
+        )  # fmt: skip
+        names = item.word("independent_coordinate_names").split()
+        if len(names) > 1:
+            where = item.get("independent_coordinate_names")
+            raise where.error("a function of several coordinates")
+        follower = item.word("dependent_coordinate_name")
+        if follower in couplers:
+            line = couplers[follower].element.line
+            raise item.error(f"coordinate '{follower}' is coupled already, in line {line}")
+        function = item.object("coupled_coordinates_function")
+        given = read_function(function, item.number("scale_factor", 1.0))
+        couplers[follower] = Coupler(names[0], given, item)
+    return couplers
