@@ -90,6 +90,7 @@ class Plugin(ABC):
     ) -> None:
         self.model = model
         self.skeleton = model.skeleton
+        self.dependent = model.skeleton.followers is not None
         self.start_time, self.end_time = start, end
         self.settings = settings
         self.motion = motion
@@ -245,11 +246,12 @@ class Plugin(ABC):
         self._last_iteration = iteration
         self._calls += 1
         self.counts.newton_iterations += not first
-        self.skeleton.follow()
+        if self.dependent:
+            self.skeleton.follow()
         torque = self.torque(t, first)
         if torque is not None:
             self.apply(torque, t)
-        else:
+        elif self.dependent:
             self.skeleton.hold()
 
     def apply(self, torque: np.ndarray, t: float) -> None:
@@ -414,7 +416,7 @@ class _Hooks:
             "PreNewtonResidual": plugin.pre_newton,
             "PostStep": plugin.post_step,
         }
-        if plugin.feeds_back or plugin.skeleton.followers is not None:
+        if plugin.feeds_back or plugin.dependent:
             own["SystemJacobian"] = plugin.system_jacobian
         for name, function in own.items():
             chained = _chained(name, self._before[name], function)

@@ -53,28 +53,31 @@ class DependentSkeleton(Skeleton):
         return tuple(units[j] for j in self._free)
 
     @property
-    def q(self) -> np.ndarray:
+    def q(self) -> np.ndarray:  # type: ignore[override]
         return self.tree_q[self._free]
 
     @property
-    def v(self) -> np.ndarray:
+    def v(self) -> np.ndarray:  # type: ignore[override]
         return self.tree_v[self._free]
 
     @property
-    def acceleration(self) -> np.ndarray:
+    def acceleration(self) -> np.ndarray:  # type: ignore[override]
         return self.tree_a[self._free]
 
     @property
-    def start(self) -> tuple[np.ndarray, ...]:
+    def start(self) -> tuple[np.ndarray, ...]:  # type: ignore[override]
         return tuple(values[self._free] for values in self._tree_start)
 
     @property
-    def free(self) -> np.ndarray:
+    def free(self) -> np.ndarray:  # type: ignore[override]
         return self.rows.start + self._free
 
     @property
     def applied(self) -> np.ndarray:
         return self._torque
+
+    def _attach(self) -> None:
+        """There is nothing to keep: the independent ones are read from the tree's."""
 
     def open(self) -> None:
         self.check_assembled()

@@ -56,6 +56,12 @@ class Skeleton:
     tree : Tree
     rows : slice
         The tree's coordinates within the system.
+    free : slice or (n,) int ndarray
+        The independent ones within the system.
+    q, v, acceleration : (n,) ndarray
+        The independent coordinates in the current state, their speeds and accelerations.
+    start : tuple of three (n,) ndarray
+        The same at the start of the step.
     tree_q, tree_v, tree_a : (N,) ndarray
         Views of all coordinates of the tree in the current state, their speeds and accelerations.
 
@@ -67,6 +73,12 @@ class Skeleton:
     """
 
     followers: Followers | None = None
+    # Attributes, as they are read in every iteration; `DependentSkeleton` has properties.
+    q: np.ndarray
+    v: np.ndarray
+    acceleration: np.ndarray
+    start: tuple[np.ndarray, ...]
+    free: slice | np.ndarray
 
     def __init__(
         self, mbs: exu.MainSystem, tree: int, coordinates: Sequence[str] | None = None
@@ -94,31 +106,6 @@ class Skeleton:
     def others(self) -> int:
         """Number of the system's ODE2 coordinates outside the tree."""
         return self.mbs.systemData.ODE2Size() - len(self.tree)
-
-    @property
-    def q(self) -> np.ndarray:
-        """Coordinates (n,) of the current state."""
-        return self.tree_q
-
-    @property
-    def v(self) -> np.ndarray:
-        """Speeds (n,) of the current state."""
-        return self.tree_v
-
-    @property
-    def acceleration(self) -> np.ndarray:
-        """Accelerations (n,) of the current state."""
-        return self.tree_a
-
-    @property
-    def start(self) -> tuple[np.ndarray, ...]:
-        """q, q', q'' (n,) at the start of the step."""
-        return self._tree_start
-
-    @property
-    def free(self) -> slice | np.ndarray:
-        """The n independent coordinates within the system."""
-        return self.rows
 
     def __len__(self) -> int:
         return len(self.coordinates)
@@ -162,6 +149,11 @@ class Skeleton:
         self._at_start = tuple(start[name] for name in names)
         self.tree_q, self.tree_v, self.tree_a = (array[self.rows] for array in self._current)
         self._tree_start = tuple(array[self.rows] for array in self._at_start)
+        self._attach()
+
+    def _attach(self) -> None:
+        self.q, self.v, self.acceleration = self.tree_q, self.tree_v, self.tree_a
+        self.start, self.free = self._tree_start, self.rows
 
     def open(self) -> None:
         """Prepare for evaluations; the system's current state becomes its initial state.
@@ -247,10 +239,10 @@ class Skeleton:
         return True
 
     def follow(self) -> None:
-        """Exudyn has a new iterate: put in order what depends on others."""
+        """Exudyn has a new iterate: put followers where they belong."""
 
     def hold(self) -> None:
-        """Leave the muscles' torques at a new iterate."""
+        """Leave the muscles' torques at a new iterate, with other reactions of followers."""
 
     def state_of_tree(self, *state: np.ndarray) -> tuple[np.ndarray, ...]:
         """Values of all coordinates of the tree (..., N), if asked also speeds and accelerations.

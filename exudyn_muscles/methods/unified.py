@@ -142,7 +142,7 @@ class UnifiedPlugin(Plugin):
                 f"muscle '{self.model.muscles.names[failed]}': no step of {self.step:g} s from "
                 f"activation {self.a[failed]:.4g}, tendon length {self.l_t[failed]:.5g} m"
             )
-        torque = skeleton.reduced(self._torque)
+        torque = skeleton.reduced(self._torque) if self.dependent else self._torque
         if self._reserve_torque is not None:
             return torque + self._reserve_torque
         return torque
