@@ -119,9 +119,9 @@ def add_own_motion(links, rules, curves, R, q, k, e, sign, r_i):
 @kernel
 def bent_geometry(
     joints, parents, R, p, axes, x, positions, links, starts, bent, rules, grids, bins, pieces,
-    wraps, wrap_starts, factors, factor_starts, tags, e, space, q, v, l, l_t, r,
+    wraps, wrap_starts, factors, factor_starts, tags, e, space, q, l, r,
 ):  # fmt: skip
-    """The part of `path_geometry` for the muscles `bent`; returns the first without a length."""
+    """Add l and r of the muscles `bent`; returns the first without a length, or -1."""
     curves = PackedCurves(grids, bins, pieces)
     # Room for the longest rope, and for the most surfaces.
     points = tags.size
@@ -133,9 +133,6 @@ def bent_geometry(
     end += WORK_PER_WRAP * surfaces
     trial, work = space[end : end + 30].reshape((10, 3)), space[end + 30 :].reshape((20, 8))
     for i in bent:
-        l[i], l_t[i] = 0.0, 0.0
-        for j in range(joints.size):
-            r[i, j] = 0.0
         if factor_starts[i] < factor_starts[i + 1]:
             l[i] = function_geometry(
                 factors, curves, factor_starts[i], factor_starts[i + 1], q, r[i]
@@ -163,8 +160,6 @@ def bent_geometry(
                 else:
                     link = int(wraps[wrap_starts[i] + (-1 - tag) // 2, LINK])
                 add_motion(joints, parents, p, axes, link, rope, end, e, sign, r[i])
-        for j in range(joints.size):
-            l_t[i] -= r[i, j] * v[j]
         if math.isnan(l[i]):
             return i
     return -1
@@ -187,9 +182,13 @@ def path_geometry(
     e = space[end : end + 3]
     link_frames(joints, parents, rotations, offsets, base, reference, q, R, p, axes)
     point_positions(positions, links, base, R, p, x)
+    b = 0
     for i in range(m):
         l[i] = 0.0
         r[i] = 0.0
+        if b < bent.size and bent[b] == i:
+            b += 1
+            continue
         for k in range(starts[i], starts[i + 1] - 1):
             for row in range(3):
                 e[row] = x[k + 1, row] - x[k, row]
@@ -202,15 +201,17 @@ def path_geometry(
             # r = -dl/dq: minus the motion of the segment's end, plus that of its start.
             add_motion(joints, parents, p, axes, links[k + 1], x, k + 1, e, -1.0, r[i])
             add_motion(joints, parents, p, axes, links[k], x, k, e, 1.0, r[i])
+    failed = -1
+    if bent.size > 0:
+        failed = bent_geometry(
+            joints, parents, R, p, axes, x, positions, links, starts, bent, rules, grids, bins,
+            pieces, wraps, wrap_starts, factors, factor_starts, tags, e, space[end + 3 :], q, l, r,
+        )  # fmt: skip
+    for i in range(m):
         l_t[i] = 0.0
         for j in range(n):
             l_t[i] -= r[i, j] * v[j]
-    if bent.size == 0:
-        return -1
-    return bent_geometry(
-        joints, parents, R, p, axes, x, positions, links, starts, bent, rules, grids, bins, pieces,
-        wraps, wrap_starts, factors, factor_starts, tags, e, space[end + 3 :], q, v, l, l_t, r,
-    )  # fmt: skip
+    return failed
 
 
 def compile_geometry(tree: Tree, paths: Paths) -> Callable[[np.ndarray, np.ndarray], Geometry]:
