@@ -35,11 +35,9 @@ def kernel(
     """
     if function is None:
         return partial(kernel, inline=inline, allocates=allocates)
-    # Reciprocals and fused multiply-adds save a sixth; NaN and infinity keep their meaning.
-    dispatcher = njit(
-        cache=True, error_model="numpy", fastmath={"arcp", "contract"}, forceinline=inline,
-        _nrt=allocates,
-    )(function)  # fmt: skip
+    # Without fastmath, which would save a sixth: fused multiply-adds fall differently in the
+    # process that compiles a kernel and in those that load it, and so would a result's last bits.
+    dispatcher = njit(cache=True, error_model="numpy", forceinline=inline, _nrt=allocates)(function)
     # Without numba's attribute (or with its compiler switched off) its own rule has to do.
     with suppress(AttributeError):
         cache_file = dispatcher._cache._cache_file

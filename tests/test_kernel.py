@@ -1,4 +1,5 @@
-"""Stored kernels are forgotten when any of their sources changes, not only their own file."""
+"""Stored kernels are forgotten when any of their sources changes, not only their own file, and
+give the same bits as kernels just compiled."""
 
 import os
 import shutil
@@ -6,9 +7,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import exudyn_muscles
 
-SCRIPT = """
+EQUILIBRIUM = """
 from exudyn_muscles.muscle import equilibrium, parameters
 unit = parameters.Muscle("unit", max_isometric_force=1000.0, optimal_fiber_length=0.1,
                          tendon_slack_length=0.2)
@@ -16,33 +19,56 @@ print(equilibrium.equilibrium(parameters.MuscleSet([unit]), [0.5], [0.34]).force
 print(sum(equilibrium.equilibria.stats.cache_hits.values()))
 """
 
+WINDOWS = """
+from hashlib import sha256
+import exudyn_muscles as em
+from exudyn_muscles.muscle.window import integrate_all
+from tests.muscle.make_window_box import load
+muscles, (a, l_t, u, l_0, v_0, l_1, v_1), _ = load("box")
+window = (l_0, l_1), (v_0, v_1), 0.01
+end = em.integrate_window(muscles, a, l_t, u, *window, integrator=em.Integrator.ROSENBROCK)
+print(sha256(b"".join(each.tobytes() for each in end)).hexdigest())
+print(sum(integrate_all.stats.cache_hits.values()))
+"""
 
-def run(folder):
-    environment = {**os.environ, "PYTHONPATH": str(folder)}
+
+def run(folder, script):
+    path = os.pathsep.join([str(folder), str(Path(__file__).parents[1])])
+    environment = {**os.environ, "PYTHONPATH": path}
     printed = subprocess.run(
-        [sys.executable, "-c", SCRIPT],
+        [sys.executable, "-c", script],
         env=environment,
         capture_output=True,
         text=True,
         check=True,
         cwd=folder,
     ).stdout
-    force, hits = printed.split()[-2:]
-    return float(force), int(hits)
+    result, hits = printed.split()[-2:]
+    return result, int(hits)
 
 
-def test_a_change_in_another_file_is_seen(tmp_path):
-    package = tmp_path / "exudyn_muscles"
-    shutil.copytree(
-        Path(exudyn_muscles.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__")
-    )
-    first, hits = run(tmp_path)
+@pytest.fixture
+def package(tmp_path):
+    """A copy of the package without stored kernels."""
+    source = Path(exudyn_muscles.__file__).parent
+    ignore = shutil.ignore_patterns("__pycache__")
+    return Path(shutil.copytree(source, tmp_path / "exudyn_muscles", ignore=ignore))
+
+
+def test_a_change_in_another_file_is_seen(package):
+    first, hits = run(package.parent, EQUILIBRIUM)
     assert hits == 0
-    assert run(tmp_path) == (first, 1)
+    assert run(package.parent, EQUILIBRIUM) == (first, 1)
     contraction = package / "muscle" / "contraction.py"
     changed = contraction.read_text().replace("+ f_PE + beta * v,", "+ 1.1 * f_PE + beta * v,")
     assert changed != contraction.read_text()
     contraction.write_text(changed)
-    stiffer, hits = run(tmp_path)
+    stiffer, hits = run(package.parent, EQUILIBRIUM)
     assert hits == 0
-    assert stiffer > first + 1.0
+    assert float(stiffer) > float(first) + 1.0
+
+
+def test_stored_kernels_give_the_bits_of_those_just_compiled(package):
+    compiled, hits = run(package.parent, WINDOWS)
+    assert hits == 0
+    assert run(package.parent, WINDOWS) == (compiled, 1)
