@@ -17,6 +17,17 @@ ROUNDING = 1e-12  # of forces over F0
 SHORTEST_TENDON = 0.5  # no tendon shortens to this part of its slack length
 
 
+@kernel(inline=True)
+def along_tendon(units, i, a, p, v):
+    """Fibre force along the tendon over F0 at the projection `p`, its derivative [1/m], and
+    cos(alpha)."""
+    l_m, per_cos, cos_p = fiber(units, i, p)
+    cos = 1.0 / per_cos
+    force, _, force_x, _ = fiber_force(units, i, a, l_m * units.table[i, PER_L_M0], v)
+    stiffness = force_x * cos * cos * units.table[i, PER_L_M0] + force * cos_p
+    return force * cos, stiffness, cos
+
+
 @kernel
 def balance(units, i, a, l, l_rate, p):
     """Tendon minus fibre force along the tendon over F0 at the projection `p`; further the fibre
@@ -25,17 +36,13 @@ def balance(units, i, a, l, l_rate, p):
     Of the unit's speed l' the fibre takes the share that its compliance at rest has in the unit's.
     """
     f, k_t = tendon(units, i, l - p)
-    l_m, per_cos, cos_p = fiber(units, i, p)
-    cos, x = 1.0 / per_cos, l_m * units.table[i, PER_L_M0]
-    force, _, force_x, _ = fiber_force(units, i, a, x, 0.0)
-    k_m = force_x * cos * cos * units.table[i, PER_L_M0] + force * cos_p
+    _, k_m, cos = along_tendon(units, i, a, p, 0.0)
     share = 0.0
     if k_t > 0.0:
         share = k_t / (k_t + max(k_m, 0.0))
     speed = share * l_rate * cos
-    force, _, force_x, _ = fiber_force(units, i, a, x, speed / units.table[i, V_M])
-    k_m = force_x * cos * cos * units.table[i, PER_L_M0] + force * cos_p
-    return f - force * cos, speed, k_t, k_m
+    force, k_m, _ = along_tendon(units, i, a, p, speed / units.table[i, V_M])
+    return f - force, speed, k_t, k_m
 
 
 @kernel

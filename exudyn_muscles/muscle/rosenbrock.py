@@ -91,6 +91,13 @@ def activation_step(units, i, a, u, h):
     return a_2, a_3, a_4, a_5, a_6, u_1, u_2, u_3, u_4, u_5, u_6
 
 
+@kernel(inline=True)
+def activation_end(units, i, a, u, h):
+    """Activation after one step, and the error of it."""
+    _, _, _, _, a_6, _, _, _, _, _, u_6 = activation_step(units, i, a, u, h)
+    return a_6 + u_6, abs(u_6)
+
+
 @kernel
 def rosenbrock_step(units, i, a, u, l_t, start, c, t, h_n):
     """One step from `t` of a fibre that is not at its stop, with the rate there from `start`.
@@ -151,12 +158,11 @@ def stopped_step(units, i, a, u, c, t, h_n):
 
     Returns a, l_t, the errors of both, and df_SE/dl_t at the end.
     """
-    stages = activation_step(units, i, a, u, h_n)
-    a_1 = stages[4] + stages[10]
+    a_1, error_a = activation_end(units, i, a, u, h_n)
     l, v, _ = length_at(c, t + h_n)
     end = at_stop(units, i, math.inf, l)
     leaving = max(v - tendon_rate(units, i, a_1, end, l, v)[0], 0.0)
-    return a_1, end, abs(stages[10]), 0.5 * h_n * leaving, 0.0
+    return a_1, end, error_a, 0.5 * h_n * leaving, 0.0
 
 
 @kernel

@@ -28,7 +28,7 @@ from .course import (
     sensitivity,
 )
 from .parameters import ACTIVATION, F_0, L_TS, PER_STRETCH, RIGID, SWITCH, TAU_A, TAU_D
-from .rosenbrock import activation_step
+from .rosenbrock import activation_end
 
 NEWTON = 12  # iterations of one step; two or three are usual
 CONVERGED = 1e-10  # last Newton correction over the tendon's stretch at F0: the next is its square
@@ -103,11 +103,10 @@ def integrate_trapezoidal(
         else:
             end = mesh[n]
         h_n = end - t  # from the mesh: using it again gives the same bits
-        stages = activation_step(units, i, a, u, h_n)
-        a_1, error_a = stages[4] + stages[10], abs(stages[10])
+        a_1, error_a = activation_end(units, i, a, u, h_n)
         l, v, _ = length_at(c, end)
         guess = l_t + h_n * (r + 0.5 * h_n * second)
-        converged, l_t1, stopped, q, q_a, q_t, q_l = implicit_step(
+        converged, l_t1, stopped, q, q_a, q_t, _ = implicit_step(
             units, i, l_t, r, a_1, l, v, h_n, guess
         )
         F_1, F_a1, F_t1, _, _ = tendon_force(units, i, a_1, l_t1, l, v)

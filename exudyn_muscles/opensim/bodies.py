@@ -94,10 +94,11 @@ class End(NamedTuple):
     behind: np.ndarray
 
 
-def pose(angles: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """A pose (4, 4) from body-fixed angles about x, y and z, and a position."""
+def pose(element: Element, angles: str, position: str) -> np.ndarray:
+    """The pose (4, 4) of a frame from body-fixed angles about x, y and z, and its position."""
     H = np.eye(4)
-    H[:3, :3], H[:3, 3] = Rotation.from_euler("XYZ", angles).as_matrix(), position
+    H[:3, :3] = Rotation.from_euler("XYZ", element.vector(angles, default=ZERO)).as_matrix()
+    H[:3, 3] = element.vector(position, default=ZERO)
     return H
 
 
@@ -204,14 +205,14 @@ class Bodies:
         for frame in frames:
             own = f"{path}/{frame.name}"
             parent = self._path(frame.get("socket_parent"), own)
-            self._offsets[own] = parent, _pose(frame, "orientation", "translation")
+            self._offsets[own] = parent, pose(frame, "orientation", "translation")
 
     def _end(self, joint: Element) -> End:
         """Where a joint is."""
         body = joint.parent and joint.parent.parent
         if body is not None and body.tag == "Body":  # before version 4
-            before = _pose(joint, "orientation_in_parent", "location_in_parent")
-            behind = _pose(joint, "orientation", "location")
+            before = pose(joint, "orientation_in_parent", "location_in_parent")
+            behind = pose(joint, "orientation", "location")
             parent = self._path(joint.get("parent_body"), "/")
             return End(joint, parent, before, _body_path(body.name), behind)
         own = _joint_path(joint)
@@ -311,11 +312,6 @@ def _body_path(name: str) -> str:
 
 def _joint_path(joint: Element) -> str:
     return f"/jointset/{joint.name}"
-
-
-def _pose(element: Element, angles: str, position: str) -> np.ndarray:
-    """The pose (4, 4) of a frame from body-fixed angles about x, y and z, and its position."""
-    return pose(element.vector(angles, default=ZERO), element.vector(position, default=ZERO))
 
 
 def _hinge(coordinate: Coordinate) -> Link:

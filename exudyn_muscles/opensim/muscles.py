@@ -286,12 +286,7 @@ def _surface(element: Element, place: Place) -> WrapSurface:
         "active", "xyz_body_rotation", "translation", "quadrant", "display_preference",
         *sizes[element.tag],
     )  # fmt: skip
-    zero = (0.0, 0.0, 0.0)
-    given = pose(
-        element.vector("xyz_body_rotation", default=zero),
-        element.vector("translation", default=zero),
-    )
-    H = place.pose @ given
+    H = place.pose @ pose(element, "xyz_body_rotation", "translation")
     side = element.word("quadrant", default="all").lower().lstrip("+")
     where = {
         "link": place.link,

@@ -17,7 +17,7 @@ from scipy.optimize.elementwise import find_root
 from ...checks import number_within
 from ...errors import ParameterError
 from ..curves import ORIGIN, Curve
-from .law import HillCurves, MuscleLaw
+from .law import UNDAMPED, HillCurves, MuscleLaw
 
 Given = Callable[[Any], Any] | tuple[Sequence[float], Sequence[float]]
 
@@ -33,8 +33,7 @@ ROUNDING = 1e-9
 JUMP, CLOSE = 1e-3, 1e-5  # change of value between places so close that no curve is so steep
 PEAK = 0.2  # how far from 1 the maximum of f_l and its place may lie
 STALL = 0.1  # what is left of f_v at the maximum contraction velocity
-# A fibre without damper at an elastic tendon divides by f_l and inverts f_v.
-UNDAMPED = 1e-3  # below this damping
+# What an undamped fibre needs of f_l and of the slope of f_v.
 LEAST_ACTIVE, LEAST_SLOPE = 1e-4, 1e-3
 # With a damper the inverse only starts Newton's method: that of f_v with this slope added.
 STARTING_SLOPE = 0.1

@@ -36,9 +36,9 @@ OPENSIM_FORCE_VELOCITY = (-0.3211346127989808, -8.149, -0.374, 0.882532773324991
 # Passive fibre: exponent k_PE, and the strain at one maximum isometric force.
 K_PE, STRAIN = 4.0, 0.6
 ZERO_LENGTH = 0.2  # fibre length where the passive force is zero, and the shortest one in use
-# Tendon: f_SE = c1 exp(k_T (l_t - c2)) - c3.
+# Tendon: f_SE = c1 exp(k_T (l_t - c2)) - c3; OpenSim changed c2 to 1, too.
 C_1, C_2, C_3, K_T = 0.2, 0.995, 0.25, 35.0
-OPENSIM_C_2, OPENSIM_C_3 = 1.0, 0.2
+OPENSIM_C_3 = 0.2
 # Beyond twice the maximum contraction velocity f_v and its inverse go on along their tangents: the
 # inverse grows exponentially and would overflow at small activation.
 FASTEST = 2.0

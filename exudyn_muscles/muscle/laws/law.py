@@ -16,6 +16,8 @@ from ..curves import Curve
 
 # Passive curves follow their exponentials up to this many F0, and their tangents from there.
 STRONGEST = 1e6
+# With an elastic tendon, a fibre whose damping is below this divides by f_l and inverts f_v.
+UNDAMPED = 1e-3
 
 
 class HillCurves(NamedTuple):

@@ -19,7 +19,7 @@ import numpy as np
 
 from ...errors import ParameterError
 from ..curves import Curve
-from .law import HillCurves, MuscleLaw
+from .law import UNDAMPED, HillCurves, MuscleLaw
 
 # Constants of OpenSim's curve classes that no property of a model changes in practice.
 ACTIVE_CURVINESS = 1.0
@@ -27,9 +27,8 @@ VELOCITY_CURVINESS = (0.6, 0.6, 0.9, 0.9)  # shortening, lengthening
 NEAR_VMAX = 0.9  # where the slope "near vmax" holds
 PASSIVE_CURVINESS, PASSIVE_LOW_STIFFNESS, PASSIVE_STIFFNESS = 0.75, 0.2, 2.0
 TENDON_CURVINESS, TENDON_TOE, TENDON_STIFFNESS = 0.5, 2.0 / 3.0, 1.375
-# An undamped fibre with an elastic tendon divides by f_l and inverts f_v: OpenSim then keeps f_l
-# above this, and the slopes of f_v at v_max above this part of those near it.
-UNDAMPED = 1e-3  # smaller damping is none
+# Undamped, OpenSim keeps f_l above this, and the slopes of f_v at v_max above this part of those
+# near it.
 ACTIVE_FLOOR = 0.1
 SLOPE_SHARE = 0.5
 BISECTIONS, NEWTON = 10, 5  # for a segment's parameter
