@@ -54,8 +54,15 @@ from .path.followers import Follower, linear_function
 from .path.functions import FunctionPath, simm_spline
 from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
 from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere
-from .recruitment.normalizers import MaximumIsometricForce, Normalizer, ReachableMaximum
-from .recruitment.optimization import Reserve, Solver
+from .recruitment.actuators import PointActuator, Reserve, TorqueActuator
+from .recruitment.limits import ControlLimits
+from .recruitment.normalizers import (
+    MaximumIsometricForce,
+    Normalizer,
+    ReachableMaximum,
+    RigidTendonForce,
+)
+from .recruitment.optimization import Solver
 from .result import Counts, Difference, Excitations, Status, Trajectory
 from .storage import Storage, read_storage
 
@@ -66,6 +73,7 @@ __all__ = [
     "ActivationDynamics",
     "CMCPlugin",
     "ConditionalPathPoint",
+    "ControlLimits",
     "Cosimulation",
     "CosimulationPlugin",
     "Counts",
@@ -106,12 +114,14 @@ __all__ = [
     "PathPoint",
     "PathWarning",
     "PathWrap",
+    "PointActuator",
     "Predictor",
     "ReachableMaximum",
     "RecruitmentError",
     "RecruitmentSettings",
     "Reserve",
     "ResultFileError",
+    "RigidTendonForce",
     "Scheme",
     "SimulationError",
     "Solver",
@@ -122,6 +132,7 @@ __all__ = [
     "Storage",
     "StorageError",
     "Thelen2003",
+    "TorqueActuator",
     "Trajectory",
     "UnmetTorqueError",
     "UnmetTorqueWarning",

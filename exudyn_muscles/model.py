@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import get_args
 
 import exudyn as exu
 import numpy as np
@@ -15,7 +16,7 @@ from .muscle.parameters import Muscle, MuscleSet
 from .path.followers import Follower
 from .path.geometry import Geometry, compile_geometry, path_geometry
 from .path.points import collect_paths
-from .recruitment.optimization import Reserve, reserve_columns
+from .recruitment.actuators import Actuator, compile_columns
 from .skeleton import Skeleton
 
 # With a stiff tendon a fibre of 2.5 optimal lengths would bear 400 times its isometric force.
@@ -40,8 +41,8 @@ class MusculoskeletalModel:
     followers : sequence of Follower, optional
         Coordinates of the tree that are functions of others. While a run is attached they are held
         there exactly; the `mbs` needs no constraint for it, and its own runs know of none.
-    reserves : sequence of Reserve, optional
-        Ideal actuators on coordinates.
+    reserves : sequence of Reserve, PointActuator or TorqueActuator, optional
+        Ideal actuators: reserves on coordinates, residual forces and torques on links.
 
     Attributes
     ----------
@@ -49,11 +50,11 @@ class MusculoskeletalModel:
     muscles : MuscleSet
     paths : Paths
     followers : tuple of Follower
-    reserves : tuple of Reserve
-    reserve_columns : (n, r) ndarray
-        1 where reserve k acts on coordinate j.
+    reserves : tuple of Reserve, PointActuator or TorqueActuator
+    columns : callable
+        q (n,) -> S (n, r): what a unit of each ideal actuator is on every coordinate.
     geometry : callable
-        (q, q'), each (n,) -> Geometry with l, l' and r.
+        (q, q'), each (n,) -> Geometry with l, l', r and S.
 
     Raises
     ------
@@ -76,13 +77,13 @@ class MusculoskeletalModel:
         *,
         coordinates: Sequence[str] | None = None,
         followers: Sequence[Follower] = (),
-        reserves: Sequence[Reserve] = (),
+        reserves: Sequence[Actuator] = (),
     ) -> None:
         announce_compilation(path_geometry)
         if not isinstance(mbs, exu.MainSystem):
             raise ModelError(f"mbs must be an exudyn.MainSystem, got {type(mbs).__name__}")
         muscles = _listed("muscles", muscles, Muscle)
-        reserves = _listed("reserves", reserves, Reserve)
+        reserves = _listed("reserves", reserves, *get_args(Actuator))
         followers = _listed("followers", followers, Follower)
         self.skeleton = (
             DependentSkeleton(mbs, tree, coordinates, followers)
@@ -95,10 +96,16 @@ class MusculoskeletalModel:
         )
         self.followers = tuple(followers)
         self.reserves = tuple(reserves)
-        self.reserve_columns = reserve_columns(self.coordinates, self.reserves)
-        self.geometry = compile_geometry(self.skeleton.tree, self.paths)
-        if self.skeleton.followers is not None:
-            self.geometry = self.skeleton.followers.projected(self.geometry)
+        skeleton = self.skeleton
+        self.columns = compile_columns(
+            self.reserves, skeleton.tree, skeleton.tree_coordinates, self.coordinates,
+            skeleton.followers,
+        )  # fmt: skip
+        self.geometry = compile_geometry(skeleton.tree, self.paths)
+        if skeleton.followers is not None:
+            self.geometry = skeleton.followers.projected(self.geometry)
+        if reserves:
+            self.geometry = _with_columns(self.geometry, self.columns)
         for i, name in enumerate(self.muscles.names):
             if not self.paths.crosses_a_joint(i):
                 warn(
@@ -146,7 +153,7 @@ class MusculoskeletalModel:
         F = self.tendon_forces(geometry, a, l_t)
         torque = geometry.moment_arms.T @ np.maximum(F, 0.0)
         if reserve.size:
-            torque += self.reserve_columns @ reserve
+            torque += geometry.columns @ reserve
         return torque
 
     def check_lengths(self, q: np.ndarray) -> None:
@@ -202,15 +209,22 @@ class MusculoskeletalModel:
         return np.max([self.geometry(row, rest).length for row in q], axis=0)
 
 
-def _listed(name: str, items: Iterable, kind: type) -> list:
-    """The items as a list, all of one kind."""
+def _with_columns(
+    geometry: Callable[..., Geometry], columns: Callable[[np.ndarray], np.ndarray]
+) -> Callable[..., Geometry]:
+    return lambda q, v: geometry(q, v)._replace(columns=columns(q))
+
+
+def _listed(name: str, items: Iterable, *kinds: type) -> list:
+    """The items as a list, all of these kinds."""
     try:
         listed = list(items)
     except TypeError:
         listed = [items]
         kind_found = False
     else:
-        kind_found = all(isinstance(item, kind) for item in listed)
+        kind_found = all(isinstance(item, kinds) for item in listed)
     if not kind_found:
-        raise ParameterError(f"{name} must be a list of {kind.__name__} objects, got {items!r}")
+        what = " or ".join(kind.__name__ for kind in kinds)
+        raise ParameterError(f"{name} must be a list of {what} objects, got {items!r}")
     return listed

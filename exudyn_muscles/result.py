@@ -18,14 +18,15 @@ import numpy as np
 
 from .errors import ParameterError, ResultFileError, StorageError
 from .muscle.dynamics import fiber_lengths, tendon_forces
-from .storage import read_storage, reserve_labels
+from .recruitment.actuators import actuator_names
+from .storage import read_storage
 
 if TYPE_CHECKING:
     import pandas
 
     from .model import MusculoskeletalModel
     from .motion import Motion
-    from .recruitment.optimization import Reserve
+    from .recruitment.actuators import Actuator
 
 PACKAGES = ("exudyn_muscles", "exudyn", "numpy", "scipy", "numba", "qpsolvers", "daqp", "osqp")
 FORMAT = "exudyn_muscles.Trajectory"
@@ -111,7 +112,7 @@ class Excitations:
 
     @classmethod
     def from_file(
-        cls, file: str | Path, muscles: Sequence[str], reserves: Sequence[Reserve] = ()
+        cls, file: str | Path, muscles: Sequence[str], reserves: Sequence[Actuator] = ()
     ) -> Excitations:
         """Excitations from a file of controls as OpenSim's CMC writes it, and this package too.
 
@@ -123,9 +124,9 @@ class Excitations:
             As `read_storage` reads it.
         muscles : sequence of str
             Names of the m muscles; other columns do not matter.
-        reserves : sequence of Reserve
+        reserves : sequence of Reserve, PointActuator or TorqueActuator
             Those of the model, whose optimal forces the controls are multiplied with; their columns
-            are called `<coordinate>_reserve`, the next on the same one `<coordinate>_reserve_2`.
+            have their names.
 
         Raises
         ------
@@ -136,7 +137,7 @@ class Excitations:
         FileNotFoundError
         """
         storage = read_storage(file)
-        names = reserve_labels([reserve.coordinate for reserve in reserves])
+        names = actuator_names(reserves)
         try:
             u, torques = storage.controls(muscles)[1:], storage.controls(names)
             if len(u) == 0:
@@ -560,7 +561,7 @@ class Recorder:
         geometry = [model.geometry(*row) for row in zip(q, v, strict=True)]
         lengths = np.array([row.length for row in geometry])
         force, fiber = np.empty((2, *tendon.shape))
-        for k, (l, l_rate, _) in enumerate(geometry):
+        for k, (l, l_rate, *_) in enumerate(geometry):
             tendon_forces(model.muscles.units, activation[k], tendon[k], l, l_rate, force[k])
             fiber_lengths(model.muscles.units, tendon[k], l, fiber[k])
         time = np.array(self.time)
@@ -571,7 +572,7 @@ class Recorder:
             coordinate_names=model.coordinates,
             coordinate_units=model.skeleton.units,
             muscle_names=model.muscles.names,
-            reserve_names=tuple(reserve.coordinate for reserve in model.reserves),
+            reserve_names=actuator_names(model.reserves),
             time=time,
             coordinates=q,
             speeds=v,
@@ -616,12 +617,16 @@ def _versions() -> dict[str, str]:
 
 def _plain(settings: Any) -> dict[str, Any]:
     """Settings as JSON can hold them."""
-    plain = {}
-    for item in dataclasses.fields(settings):
-        value = getattr(settings, item.name)
-        if isinstance(value, Enum):
-            value = value.name
-        elif not isinstance(value, (bool, int, float, str, type(None))):
-            value = repr(value)
-        plain[item.name] = value
-    return plain
+    return {
+        item.name: _value(getattr(settings, item.name)) for item in dataclasses.fields(settings)
+    }
+
+
+def _value(value: Any) -> Any:
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, Mapping):
+        return {name: _value(item) for name, item in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_value(item) for item in np.asarray(value).tolist()]
+    return value if isinstance(value, (bool, int, float, str, type(None))) else repr(value)

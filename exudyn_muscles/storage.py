@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from .errors import StorageError
+from .recruitment.actuators import actuator_names
 
 if TYPE_CHECKING:
-    from .recruitment.optimization import Reserve
+    from .recruitment.actuators import Actuator
     from .result import Trajectory
 
 END = "endheader"
@@ -333,7 +334,7 @@ def kinematics(trajectory: Trajectory) -> Storage:
     return Storage("Coordinates", trajectory.coordinate_names, trajectory.time, values, True)
 
 
-def controls(trajectory: Trajectory, reserves: Sequence[Reserve] = ()) -> Storage:
+def controls(trajectory: Trajectory, reserves: Sequence[Actuator] = ()) -> Storage:
     """Excitations, and the reserves' torques over their optimal forces, as CMC's `_controls.sto`.
 
     A row holds the excitations of the window that ends there, as in OpenSim; the first repeats the
@@ -342,7 +343,7 @@ def controls(trajectory: Trajectory, reserves: Sequence[Reserve] = ()) -> Storag
     Parameters
     ----------
     trajectory : Trajectory
-    reserves : sequence of Reserve
+    reserves : sequence of Reserve, PointActuator or TorqueActuator
         Those of the model.
 
     Raises
@@ -350,10 +351,10 @@ def controls(trajectory: Trajectory, reserves: Sequence[Reserve] = ()) -> Storag
     StorageError
         These are not the trajectory's reserves, or it has no window.
     """
-    names = tuple(reserve.coordinate for reserve in reserves)
+    names = actuator_names(reserves)
     if names != trajectory.reserve_names:
         raise StorageError(
-            f"the trajectory has reserves on {list(trajectory.reserve_names)}, got {list(names)}"
+            f"the trajectory has the reserves {list(trajectory.reserve_names)}, got {list(names)}"
         )
     u = trajectory.excitation_values
     torques = trajectory.reserves / [reserve.optimal_force for reserve in reserves]
@@ -378,20 +379,11 @@ def tracking_errors(trajectory: Trajectory) -> Storage:
 
 
 def _actuators(trajectory: Trajectory) -> tuple[str, ...]:
-    return (*trajectory.muscle_names, *reserve_labels(trajectory.reserve_names))
-
-
-def reserve_labels(coordinates: Sequence[str]) -> list[str]:
-    """`<coordinate>_reserve` for every reserve, with a number from the second on a coordinate."""
-    labels = []
-    for k, name in enumerate(coordinates):
-        before = list(coordinates[:k]).count(name)
-        labels.append(f"{name}_reserve_{before + 1}" if before else f"{name}_reserve")
-    return labels
+    return (*trajectory.muscle_names, *trajectory.reserve_names)
 
 
 def write_results(
-    trajectory: Trajectory, stem: str | Path, reserves: Sequence[Reserve] = ()
+    trajectory: Trajectory, stem: str | Path, reserves: Sequence[Actuator] = ()
 ) -> list[Path]:
     """Write the files that OpenSim's CMC leaves behind; errors only where a motion was desired.
 
@@ -401,7 +393,7 @@ def write_results(
     stem : str or Path
         What the files' names begin with: `<stem>_states.sto`, `_controls.sto`, `_Kinematics_q.sto`,
         `_Actuation_force.sto` and `_pErr.sto`.
-    reserves : sequence of Reserve
+    reserves : sequence of Reserve, PointActuator or TorqueActuator
         Those of the model.
 
     Returns

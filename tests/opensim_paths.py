@@ -194,7 +194,7 @@ class OpenSimPaths:
     def evaluate(self, z, speeds):
         """l, l' (m,) and r (m, nz) in the model's own coordinates."""
         q, slopes = self.links(z)
-        l, l_t, r = self.geometry(q, slopes @ speeds)
+        l, l_t, r, _ = self.geometry(q, slopes @ speeds)
         return l, l_t, r @ slopes
 
     def points(self, z):

@@ -147,7 +147,7 @@ def test_moment_arms(model):
     muscle = em.Muscle("moved", **leg.HALF, tendon_slack_length=0.2, path=path)
     for geometry in (model.geometry, leg.build([muscle]).geometry):
         z, v = np.array([0.3, -0.7]), np.array([2.0, -3.0])
-        length, speed, r = geometry(z, v)
+        length, speed, r, _ = geometry(z, v)
         slopes = gradient(lambda x, g=geometry: g(x, 0.0 * x).length, z, 1e-3)
         np.testing.assert_allclose(r, -slopes, rtol=0, atol=1e-9)
         np.testing.assert_allclose(speed, -r @ v, rtol=0, atol=1e-14)

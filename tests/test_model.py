@@ -42,7 +42,7 @@ def test_a_model(system):
     assert model.coordinates == ("shoulder", "elbow", "wrist")
     assert model.mbs is system[0]
     assert model.reserves == tuple(reserves)
-    np.testing.assert_array_equal(model.reserve_columns, [[0, 1, 0], [1, 0, 1], [0, 0, 0]])
+    np.testing.assert_array_equal(model.columns(np.zeros(3)), [[0, 1, 0], [1, 0, 1], [0, 0, 0]])
     geometry = model.geometry(np.zeros(3), np.ones(3))
     assert geometry.length.shape == (2,)
     assert geometry.moment_arms.shape == (2, 3)

@@ -412,7 +412,7 @@ def test_controls_that_cannot_be_used(csf, tmp_path):
     em.Storage("a", ["a"], [0.0, 1.0], [[0.5], [math.nan]]).write(file)
     with pytest.raises(em.ParameterError, match=r"controls\.sto: excitations: .* must be finite"):
         em.Excitations.from_file(file, ["a"])
-    with pytest.raises(em.StorageError, match=r"reserves on \[\], got \['theta'\]"):
+    with pytest.raises(em.StorageError, match=r"the reserves \[\], got \['theta_reserve'\]"):
         em.storage.controls(csf, [em.Reserve("theta", 1.0)])
 
 

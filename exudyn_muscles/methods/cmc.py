@@ -129,7 +129,7 @@ class CMCPlugin(UnifiedPlugin):
         progress: Callable[[float], None] | None = None,
     ) -> None:
         check_settings(settings, CMC)
-        start = tracking_start(model, motion, start)
+        start = tracking_start(model, motion, settings, start)
         super().__init__(model, start, motion.end, settings, motion, progress)
 
     def start_muscles(
@@ -157,7 +157,7 @@ class CMCPlugin(UnifiedPlugin):
         q_d, v_d, _ = tracking.desired(t_1)
         M, bias = skeleton.dynamics_ahead(q_d, v_d, t_1)
         Q_m = M @ a_cmc + bias  # (14) with the sign of (6)
-        self._muscles.open(self.a, self.l_t, self.geometry, t_1 - t_0)
+        self._muscles.open(self.a, self.l_t, self.geometry, t_0, t_1)
         self._muscles.recruit(self.model.geometry(q_d, v_d), Q_m)
         self._held = self._muscles.excite(t_1).excitation
         self._window_end = t_1

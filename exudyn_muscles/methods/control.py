@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..checks import number_within
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..muscle.window import DEFAULT_TOLERANCE, Integrator, check_integration
+from ..recruitment.limits import ControlLimits
 from ..recruitment.normalizers import Normalizer, ReachableMaximum
 from ..recruitment.optimization import Solver
 
@@ -24,6 +27,11 @@ class RecruitmentSettings:
     ----------
     normalizer : Normalizer
         Of the objective (10); the reachable maximum as in the paper.
+    weights : mapping of str to float
+        Of muscles in the objective (10), by name; 1 for those that are not named. An ideal
+        actuator's weight is its optimal force.
+    control_limits : mapping of str to ControlLimits
+        Of muscles and ideal actuators, by name; for the others see `MusculoskeletalModel`.
     solver : Solver
         Of the quadratic program.
     window_tolerance : float
@@ -40,6 +48,8 @@ class RecruitmentSettings:
     """
 
     normalizer: Normalizer = ReachableMaximum()  # noqa: RUF009 (frozen, too)
+    weights: Mapping[str, float] = field(default_factory=dict)
+    control_limits: Mapping[str, ControlLimits] = field(default_factory=dict)
     solver: Solver = Solver.DAQP
     window_tolerance: float = DEFAULT_TOLERANCE
     integrator: Integrator = Integrator.TRAPEZOIDAL
@@ -51,6 +61,11 @@ class RecruitmentSettings:
             raise ParameterError(f"solver = {self.solver!r} is not one of {list(Solver)}")
         if not callable(self.normalizer):
             raise ParameterError(f"normalizer = {self.normalizer!r} is not a function")
+        for name, weight in self.weights.items():
+            number_within(f"weights: '{name}'", weight, 1e-6, 1e6)
+        for name, limits in self.control_limits.items():
+            if not isinstance(limits, ControlLimits):
+                raise ParameterError(f"control_limits: '{name}' = {limits!r} is no ControlLimits")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,25 +74,55 @@ class TrackingSettings(RecruitmentSettings):
 
     Parameters
     ----------
-    kp : float
-        Position gain [1/s^2]; 100 as usual in OpenSim.
-    kv : float, optional
+    kp : float or (n,) sequence of float
+        Position gain [1/s^2], one for all coordinates or one for each; 100 as usual in OpenSim.
+    kv : float or (n,) sequence of float, optional
         Velocity gain [1/s]; 2 sqrt(kp) if left out, critical damping.
+    tracking_weights : float or (n,) sequence of float
+        Where a demand is out of reach, coordinates with larger weights come nearer to theirs; only
+        their ratios matter.
     """
 
-    kp: float = 100.0
-    kv: float | None = None
+    kp: float | Sequence[float] = 100.0
+    kv: float | Sequence[float] | None = None
+    tracking_weights: float | Sequence[float] = 1.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        number_within("kp", self.kp, 0.0, math.inf, "1/s^2")
+        _check_each("kp", self.kp, 0.0, math.inf, "1/s^2")
         if self.kv is not None:
-            number_within("kv", self.kv, 0.0, math.inf, "1/s")
+            _check_each("kv", self.kv, 0.0, math.inf, "1/s")
+        _check_each("tracking_weights", self.tracking_weights, 1e-6, 1e6)
 
     @property
-    def velocity_gain(self) -> float:
-        """k_v [1/s]."""
-        return 2.0 * math.sqrt(self.kp) if self.kv is None else self.kv
+    def velocity_gain(self) -> float | np.ndarray:
+        """k_v [1/s], one number or one for each coordinate."""
+        return 2.0 * np.sqrt(self.kp) if self.kv is None else _as_one_or_each(self.kv)
+
+
+def _as_one_or_each(values: ArrayLike) -> float | np.ndarray:
+    array = np.asarray(values, dtype=float)
+    return array if array.ndim else float(array)
+
+
+def _check_each(name: str, values: ArrayLike, low: float, high: float, unit: str = "") -> None:
+    """Check one number, or one for each coordinate."""
+    if isinstance(values, (Sequence, np.ndarray)) and not isinstance(values, str):
+        for j, value in enumerate(values):
+            number_within(f"{name}[{j}]", value, low, high, unit)
+    else:
+        number_within(name, values, low, high, unit)
+
+
+def check_gains(settings: TrackingSettings, coordinates: Sequence[str]) -> None:
+    """Raise ParameterError unless what is given for each coordinate fits the coordinates."""
+    for name in ("kp", "kv", "tracking_weights"):
+        size = np.size(getattr(settings, name))
+        if size not in (1, len(coordinates)):
+            raise ParameterError(
+                f"{name} has {size} values for the {len(coordinates)} coordinates "
+                f"{', '.join(coordinates)}"
+            )
 
 
 def check_settings(settings: object, kind: type) -> None:
@@ -91,15 +136,18 @@ def check_step(name: str, value: float) -> None:
     number_within(name, value, 1e-6, 1.0, "s")
 
 
-def tracking_start(model: MusculoskeletalModel, motion: Motion, start: float | None) -> float:
+def tracking_start(
+    model: MusculoskeletalModel, motion: Motion, settings: TrackingSettings, start: float | None
+) -> float:
     """Start of a run that tracks the motion from `start`, or from its beginning.
 
     Raises
     ------
     MotionError, ParameterError
-        The motion does not fit the model, or muscles do not fit their paths in it.
+        Motion or settings do not fit the model, or muscles do not fit their paths in it.
     """
     check_motion(motion, model.coordinates)
+    check_gains(settings, model.coordinates)
     start = motion.start if start is None else start
     model.check_lengths(motion(np.linspace(start, motion.end, 101))[0])
     return start
@@ -111,7 +159,7 @@ class Tracking:
     def __init__(self, motion: Motion, settings: TrackingSettings) -> None:
         self._motion = motion
         self._known: dict[float, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
-        self.kp, self.kv = settings.kp, settings.velocity_gain
+        self.kp, self.kv = _as_one_or_each(settings.kp), settings.velocity_gain
 
     def desired(self, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """q_d, q_d', q_d'' (n,) at `t`."""

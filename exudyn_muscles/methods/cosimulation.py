@@ -167,7 +167,7 @@ class CosimulationPlugin(Plugin):
         progress: Callable[[float], None] | None = None,
     ) -> None:
         check_settings(settings, Cosimulation)
-        start = tracking_start(model, motion, start)
+        start = tracking_start(model, motion, settings, start)
         self.method = settings.scheme.value
         super().__init__(model, start, motion.end, settings, motion, progress)
         self._simplified = settings.scheme is Scheme.SIMPLIFIED
@@ -189,7 +189,7 @@ class CosimulationPlugin(Plugin):
             warn_of_instability(self.settings, step)
 
     def open_step(self, t_0: float, t_1: float) -> None:
-        self._muscles.open(self.a, self.l_t, self.geometry, self.step)
+        self._muscles.open(self.a, self.l_t, self.geometry, t_0, t_1)
         self._waiting = True
         self._unmet = False
         if self.feeds_back:
@@ -315,9 +315,10 @@ def css_limit(step: float, predictor: Predictor) -> float:
 
 def warn_of_instability(settings: Cosimulation, step: float) -> None:
     """StabilityWarning if CSS is unstable with these gains and this step."""
-    kp, kv = settings.kp, settings.velocity_gain
-    # Without position feedback the position is neutral, with an eigenvalue of one.
-    if css_growth(kp, kv, step, settings.predictor) > 1.0 + 1e-9:
+    for kp, kv in np.broadcast(settings.kp, settings.velocity_gain):
+        # Without position feedback the position is neutral, with an eigenvalue of one.
+        if css_growth(kp, kv, step, settings.predictor) <= 1.0 + 1e-9:
+            continue
         limit = css_limit(step, settings.predictor)
         warn(
             f"CSS with {settings.predictor.name} is unstable at kp = {kp:g}, kv = {kv:.4g}, step = "
@@ -326,3 +327,4 @@ def warn_of_instability(settings: Cosimulation, step: float) -> None:
             f"{limit * step**2:.4g}); use smaller gains, a smaller step or CSF",
             StabilityWarning,
         )
+        return

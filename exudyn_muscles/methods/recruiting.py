@@ -8,13 +8,17 @@ excite    root solver (11): excitations, and the state they end in
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from ..compilation import announce_compilation
 from ..errors import ParameterError, UnmetTorqueError
 from ..model import MusculoskeletalModel
+from ..muscle.parameters import MuscleSet
 from ..path.geometry import Geometry
 from ..recruitment.bounds import Excitation, ReachableForces, steady_bounds, steady_state
+from ..recruitment.limits import Limits
 from ..recruitment.optimization import Recruiter, Recruitment
 from ..result import Counts, Recorder
 from .control import RecruitmentSettings
@@ -41,28 +45,35 @@ class MuscleOptimization:
         self._forces = ReachableForces(
             model.muscles, settings.window_tolerance, settings.integrator
         )
-        self._recruiter = Recruiter(model.coordinates, model.reserves, settings.solver)
+        self._limits = Limits(settings.control_limits, model.muscles, model.reserves)
+        self._recruiter = Recruiter(settings.solver, getattr(settings, "tracking_weights", 1.0))
+        self._cheaper = _cheaper(settings.weights, model.muscles)
+        self._optimal = np.array([actuator.optimal_force for actuator in model.reserves])
 
     def start(
         self, geometry: Geometry, Q_m: np.ndarray, record: Recorder, t: float
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Activations, forces (m,) and reserves (r,) of the steady state that serves `Q_m` best."""
-        low, high = steady_bounds(self._model.muscles, geometry.length)
-        recruitment = self._optimize(geometry.moment_arms, Q_m, low, high)
+        """a, l_t (m,) and reserves (r,) of the steady state that serves `Q_m` best."""
+        muscles, (u, self._ideal) = self._model.muscles, self._limits.at(t)
+        recruitment = self._optimize(geometry, Q_m, *steady_bounds(muscles, u, geometry.length))
         self._check_met(recruitment, t)
-        a, l_t = steady_state(self._model.muscles, recruitment.force, geometry.length)
-        record.start(t, recruitment.reserve, recruitment.unmet)
-        return a, l_t, recruitment.reserve
+        force, reserve = self._split(recruitment.force)
+        a, l_t = steady_state(muscles, u, force, geometry.length)
+        record.start(t, reserve, recruitment.unmet)
+        return a, l_t, reserve
 
-    def open(self, a: np.ndarray, l_t: np.ndarray, geometry: Geometry, h: float) -> None:
-        """Begin a window of length `h` at the committed state."""
-        self._forces.open(a, l_t, geometry.length, geometry.lengthening_speed, h)
+    def open(
+        self, a: np.ndarray, l_t: np.ndarray, geometry: Geometry, t_0: float, t_1: float
+    ) -> None:
+        """Begin a window from `t_0` to `t_1` at the committed state."""
+        u, self._ideal = self._limits.at(t_1)
+        self._forces.open(a, l_t, geometry.length, geometry.lengthening_speed, t_1 - t_0, u)
 
     def recruit(self, geometry: Geometry, Q_m: np.ndarray) -> Recruitment:
         """Force limits and optimization for the torque `Q_m` at the window's end."""
         self.limit(geometry)
         self._demanded = Q_m
-        self._recruitment = self._optimize(geometry.moment_arms, Q_m, self._low, self._high)
+        self._recruitment = self._optimize(geometry, Q_m, self._low, self._high)
         return self._recruitment
 
     def limit(self, geometry: Geometry) -> None:
@@ -79,22 +90,34 @@ class MuscleOptimization:
             The demand was out of reach and the settings ask for an error.
         """
         self._check_met(self._recruitment, t)
-        excitation = self._forces.excite(self._recruitment.force)
+        force, self.reserve = self._split(self._recruitment.force)
+        excitation = self._forces.excite(force)
         self._counts.window_integrations = self._forces.integrations
-        force, self.reserve, _, unmet, _ = self._recruitment
+        unmet = self._recruitment.unmet
         self.row = (excitation.excitation, self._demanded, unmet, self._low, force, self._high)
         return excitation
 
+    def _split(self, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Forces of the muscles (m,) and of the ideal actuators (r,)."""
+        m = len(self._model.muscles)
+        return forces[:m], forces[m:]
+
     def _optimize(
-        self, r: np.ndarray, Q_m: np.ndarray, low: np.ndarray, high: np.ndarray
+        self, geometry: Geometry, Q_m: np.ndarray, low: np.ndarray, high: np.ndarray
     ) -> Recruitment:
-        N = np.asarray(self._settings.normalizer(self._model.muscles, high), dtype=float)
+        N = self._settings.normalizer(self._model.muscles, high, geometry)
+        N = np.asarray(N, dtype=float)
         if N.shape != high.shape or not (N > 0.0).all() or not np.isfinite(N).all():
             raise ParameterError(
                 f"normalizer: {self._settings.normalizer!r} must return {high.size} positive "
                 f"forces, got {N}"
             )
         self._counts.recruitments += 1
+        r, N = geometry.moment_arms, N * self._cheaper
+        if self._optimal.size:
+            r = np.vstack([r, geometry.columns.T])
+            low, high = np.append(low, self._ideal[0]), np.append(high, self._ideal[1])
+            N = np.append(N, self._optimal)
         return self._recruiter.solve(r, Q_m, low, high, N)
 
     def _check_met(self, recruitment: Recruitment, t: float) -> None:
@@ -102,3 +125,13 @@ class MuscleOptimization:
             pairs = zip(self._model.coordinates, recruitment.unmet, strict=True)
             short = {name: float(x) for name, x in pairs if x}
             raise UnmetTorqueError(f"torque out of reach at t = {t:g} s, short by {short}")
+
+
+def _cheaper(weights: Mapping[str, float], muscles: MuscleSet) -> np.ndarray:
+    """What weights of the squares make of the normalising forces (m,)."""
+    factors = np.ones(len(muscles))
+    for name, weight in weights.items():
+        if name not in muscles.names:
+            raise ParameterError(f"weights of '{name}': the muscles are {', '.join(muscles.names)}")
+        factors[muscles.names.index(name)] = weight**-0.5
+    return factors

@@ -118,7 +118,7 @@ def static_optimization(
                 a, l_t, reserve = muscles.start(geometry, Q_m, record, t)
                 torque = model.torque(geometry, a, l_t, reserve)
             else:
-                muscles.open(a, l_t, last, times[n] - times[n - 1])
+                muscles.open(a, l_t, last, times[n - 1], t)
                 torque = muscles.recruit(geometry, Q_m).torque
                 _, a, l_t, _ = muscles.excite(t)
                 record.window(t, muscles.reserve, *muscles.row)

@@ -123,12 +123,9 @@ class UnifiedPlugin(Plugin):
     def open_step(self, t_0: float, t_1: float) -> None:
         u = self.controls(t_0, t_1)
         self._reserve_now = self._reserves_at(t_1)
-        length, speed, _ = self.geometry
+        length, speed = self.geometry[:2]
         for row, values in enumerate((self.a, self.l_t, u, length, speed)):
             self._start[row] = values
-        self._reserve_torque = (
-            self.model.reserve_columns @ self._reserve_now if self._reserve_now.size else None
-        )
 
     def torque(self, t: float, first: bool) -> np.ndarray:
         skeleton = self.skeleton
@@ -143,8 +140,8 @@ class UnifiedPlugin(Plugin):
                 f"activation {self.a[failed]:.4g}, tendon length {self.l_t[failed]:.5g} m"
             )
         torque = skeleton.reduced(self._torque) if self.dependent else self._torque
-        if self._reserve_torque is not None:
-            return torque + self._reserve_torque
+        if self._reserve_now.size:
+            return torque + self.model.columns(skeleton.q) @ self._reserve_now
         return torque
 
     def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:

@@ -20,6 +20,7 @@ from .parameters import (
     F_L,
     F_PE,
     F_V,
+    L_TS,
     P_MIN,
     PER_L_M0,
     RIGID,
@@ -106,6 +107,23 @@ def tendon_forces(units, a, l_t, l, l_rate, F):
     """Write F (m,) [N]."""
     for i in range(a.size):
         F[i] = tendon_force(units, i, a[i], l_t[i], l[i], l_rate[i])[0]
+
+
+@kernel
+def rigid_active_forces(units, l, l_rate, F):
+    """Write what the fibres' active forces (m,) [N] along the tendon are with full activation and a
+    tendon at its slack length; zero where the fibre would be shorter than its shortest."""
+    for i in range(l.size):
+        p = l[i] - units.table[i, L_TS]
+        F[i] = 0.0
+        if p > units.table[i, P_MIN]:
+            l_m, per_cos, _ = fiber(units, i, p)
+            f_l = evaluate(units.curves, int(units.table[i, F_L]), l_m * units.table[i, PER_L_M0])[
+                0
+            ]
+            v = l_rate[i] / (per_cos * units.table[i, V_M])
+            f_v = evaluate(units.curves, int(units.table[i, F_V]), v)[0]
+            F[i] = units.table[i, F_0] * f_l * f_v / per_cos
 
 
 @kernel

@@ -28,7 +28,7 @@ from ..muscle.laws.thelen_2003 import Thelen2003
 from ..muscle.parameters import RANGES, Muscle
 from ..path.points import BEYOND_RANGE, ConditionalPathPoint, MovingPathPoint, PathPoint
 from ..path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapSurface
-from ..recruitment.optimization import Reserve
+from ..recruitment.actuators import Reserve
 from .bodies import Bodies, Place, pose
 from .document import Element
 from .functions import Line, as_curve, read_function

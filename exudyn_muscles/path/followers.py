@@ -156,7 +156,7 @@ class Followers:
 
         def of_independent(z: np.ndarray, v: np.ndarray) -> Geometry:
             (q, q_t, _), slopes = self.state(z, v, rest)
-            length, speed, r = geometry(q, q_t)
+            length, speed, r = geometry(q, q_t)[:3]
             return Geometry(length, speed, r @ slopes.R)
 
         return of_independent

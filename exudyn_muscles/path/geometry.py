@@ -36,16 +36,21 @@ PARTS_OF_AN_ARC = 12  # in pictures
 WORK_PER_WRAP, WORK = 12 + 12 + 1, 30 + 160
 
 
+NO_COLUMNS = np.empty((0, 0))
+
+
 class Geometry(NamedTuple):
     """Musculotendon geometry of m muscles on n coordinates.
 
     `length` l (m,) [m], `lengthening_speed` l' (m,) [m/s], `moment_arms` r (m, n) [m or 1],
-    r = -dl/dq, so that the torques are r^T F.
+    r = -dl/dq, so that the torques are r^T F. Ideal actuators with the forces f (k,) add S f;
+    `columns` are S (n, k).
     """
 
     length: np.ndarray
     lengthening_speed: np.ndarray
     moment_arms: np.ndarray
+    columns: np.ndarray = NO_COLUMNS
 
 
 @kernel

@@ -42,15 +42,20 @@ class ReachableForces:
         self._muscles = muscles
         self._tolerance = tolerance
         self._method = integrator.value
-        self._limits = np.array([muscles.minimum_activation, np.ones(m)])
         self._mesh = np.empty((2, m, MAX_STEPS))
         self._steps = np.zeros((2, m), dtype=np.int64)
         self._scratch = np.empty(MAX_STEPS)
         self._end = np.empty((4, 2, m))
 
-    def open(self, a: np.ndarray, l_t: np.ndarray, l: np.ndarray, v: np.ndarray, h: float) -> None:
-        """Begin a window of length `h` [s] at a, l_t, l and l', (m,) each."""
+    def open(
+        self, a: np.ndarray, l_t: np.ndarray, l: np.ndarray, v: np.ndarray, h: float, u: np.ndarray
+    ) -> None:
+        """Begin a window of length `h` [s] at a, l_t, l and l', (m,) each.
+
+        `u` (2, m) are the lowest and highest excitations.
+        """
         self._start = (a, l_t, l, v)
+        self._limits = u
         self._h = h
         self._steps[:] = 0
 
@@ -86,25 +91,30 @@ class ReachableForces:
         a, l_t, l_0, v_0 = self._start
         u, end = np.empty(a.size), np.empty((3, a.size))
         count, failed = excitations(
-            self._method, self._muscles.units, a, l_t, F_opt, self._end[:, 0], self._end[:, 1], l_0,
-            v_0, *self._goal, self._h, self._tolerance, self._scratch, u, end,
+            self._method, self._muscles.units, a, l_t, self._limits, F_opt, self._end[:, 0],
+            self._end[:, 1], l_0, v_0, *self._goal, self._h, self._tolerance, self._scratch, u, end,
         )  # fmt: skip
         self.integrations += count
         check_window(failed, self._muscles, a, l_t, l_0, v_0, self._h)
         return Excitation(u, *end)
 
 
-def steady_bounds(muscles: MuscleSet, l: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The start's bounds: steady forces (m,) [N] at u = a_min and u = 1 with `l` held."""
-    low, _ = _steady(muscles, muscles.minimum_activation.copy(), l)
-    high, _ = _steady(muscles, np.ones(len(muscles)), l)
+def steady_bounds(
+    muscles: MuscleSet, u: np.ndarray, l: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The start's bounds: steady forces (m,) [N] at the excitations `u` (2, m) with `l` held."""
+    low, high = (_steady(muscles, np.ascontiguousarray(row), l)[0] for row in u)
     return np.maximum(low, 0.0), np.maximum(high, 0.0)
 
 
-def steady_state(muscles: MuscleSet, F: np.ndarray, l: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Activations and tendon lengths (m,) of the steady state nearest to the forces `F`."""
+def steady_state(
+    muscles: MuscleSet, u: np.ndarray, F: np.ndarray, l: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Activations and tendon lengths (m,) of the steady state nearest to the forces `F`, with
+    activations between the excitations `u` (2, m)."""
     a = np.empty(F.size)
     steady_activations(muscles.units, F, l, a)
+    a = np.clip(a, *u)
     return a, _steady(muscles, a, l)[1]
 
 

@@ -9,7 +9,7 @@ the sensitivity dF/du and secant steps, kept inside a shrinking bracket, do the 
 from __future__ import annotations
 
 from ..kernel import kernel
-from ..muscle.parameters import A_MIN, F_0
+from ..muscle.parameters import F_0
 from ..muscle.window import integrate
 
 ITERATIONS = 60
@@ -19,19 +19,20 @@ NARROW = 1e-12  # bracket of u in which F_end jumps, by less than the tolerance,
 
 @kernel
 def excitations(
-    method, units, a, l_t, wanted, low, high, l_0, v_0, l_1, v_1, h, tolerance, mesh, u, end
+    method, units, a, l_t, limits, wanted, low, high, l_0, v_0, l_1, v_1, h, tolerance, mesh, u,
+    end,
 ):  # fmt: skip
     """Solve (11) for all m muscles.
 
-    `low` and `high`, each (4, m), are a, l_t, F and dF/du at the window's end for u = a_min and
-    u = 1. `u` (m,) and `end` (3, m), the a, l_t and F reached, are written; wanted forces outside
-    the bounds give the nearest bound. `mesh` is scratch of MAX_STEPS. Returns (number of
-    integrations, first muscle that failed or -1).
+    `limits` (2, m) are the lowest and highest excitations, `low` and `high`, each (4, m), a, l_t, F
+    and dF/du at the window's end for these. `u` (m,) and `end` (3, m), the a, l_t and F reached,
+    are written; wanted forces outside the bounds give the nearest bound. `mesh` is scratch of
+    MAX_STEPS. Returns (number of integrations, first muscle that failed or -1).
     """
     integrations = 0
     for i in range(a.size):
         close = CONVERGED * units.table[i, F_0]
-        u_low, u_high = units.table[i, A_MIN], 1.0
+        u_low, u_high = limits[0, i], limits[1, i]
         # The bounds are never below zero: a muscle that is slack either way rests.
         if wanted[i] <= max(low[2, i], 0.0) + close:
             u[i], end[0, i], end[1, i], end[2, i] = u_low, low[0, i], low[1, i], low[2, i]

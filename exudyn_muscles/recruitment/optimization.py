@@ -1,27 +1,24 @@
 """Recruitment (10): the forces that share a demanded torque.
 
-    min  sum (F_i / N_i)^2 + sum (tau_r / opt_r)^2
-    s.t. r^T F + S tau_r = Q_m,   F_min <= F <= F_max,   tau_r within its limits,
+    min  sum (F_i / N_i)^2    s.t.  r^T F = Q_m,   F_min <= F <= F_max.
 
-with ideal reserve actuators tau_r if the model has any. The unknowns of the quadratic program are
-x = (F / N, tau_r / opt), its rows are scaled to length one.
+Ideal actuators are among the forces, with their columns as moment arms and their optimal forces as
+N. The unknowns of the quadratic program are x = F / N, its rows are scaled to length one.
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
 import qpsolvers
+from numpy.typing import ArrayLike
 from scipy.optimize import lsq_linear
 
-from ..checks import number_within
-from ..errors import ParameterError, RecruitmentError
+from ..errors import RecruitmentError
 from ..kernel import kernel
 
 # Accepted KKT residual of the scaled problem. DAQP reaches 1e-13, OSQP 1e-9 with these settings.
@@ -37,6 +34,7 @@ ACCEPTED_GAP = 1e-5
 GAP_WEIGHT = 1e8
 # Rounding of the multipliers of that problem over their size, with Hessians of condition 1e8.
 ROUNDING = 1e-12
+ONE = np.ones(1)
 
 
 class Solver(Enum):
@@ -50,100 +48,38 @@ class Solver(Enum):
     OSQP = "osqp"
 
 
-@dataclass(frozen=True)
-class Reserve:
-    """An ideal torque on one coordinate that helps where the muscles do not suffice.
-
-    Parameters
-    ----------
-    coordinate : str
-        The coordinate's name in the model.
-    optimal_force : float
-        Torque [N m] or force [N] at control 1: the larger, the cheaper.
-    min_control, max_control : float
-        Limits of torque over optimal force.
-
-    Raises
-    ------
-    ParameterError
-        The optimal force is not positive and finite, or the limits do not enclose zero.
-    """
-
-    coordinate: str
-    optimal_force: float
-    min_control: float = -np.inf
-    max_control: float = np.inf
-
-    def __post_init__(self) -> None:
-        name = f"reserve on '{self.coordinate}':"
-        number_within(f"{name} optimal_force", self.optimal_force, 1e-9, 1e9)
-        try:
-            enclosed = self.min_control <= 0.0 <= self.max_control
-        except TypeError:
-            enclosed = False
-        if not enclosed:
-            raise ParameterError(
-                f"{name} controls [{self.min_control!r}, {self.max_control!r}] must enclose 0"
-            )
-
-
 class Recruitment(NamedTuple):
     """Result of (10).
 
-    `force` F_opt (m,) [N], `reserve` (k,) [N m], `torque` delivered (n,), `unmet` demanded minus
-    delivered torque (n,), exactly zero where the demand is met, and the `residual` of the KKT
-    conditions of the scaled problem.
+    `force` F_opt (m,) [N, or N m], `torque` delivered (n,), `unmet` demanded minus delivered torque
+    (n,), exactly zero where the demand is met, and the `residual` of the KKT conditions of the
+    scaled problem.
     """
 
     force: np.ndarray
-    reserve: np.ndarray
     torque: np.ndarray
     unmet: np.ndarray
     residual: float
 
 
-def reserve_columns(coordinates: Sequence[str], reserves: Sequence[Reserve]) -> np.ndarray:
-    """S (n, r): 1 where reserve k acts on coordinate j.
-
-    Raises
-    ------
-    ParameterError
-        A reserve acts on a coordinate that does not exist.
-    """
-    S = np.zeros((len(coordinates), len(reserves)))
-    for k, reserve in enumerate(reserves):
-        if reserve.coordinate not in coordinates:
-            raise ParameterError(
-                f"reserve on '{reserve.coordinate}': the coordinates are {list(coordinates)}"
-            )
-        S[list(coordinates).index(reserve.coordinate), k] = 1.0
-    return S
-
-
 class Recruiter:
-    """Solves (10) for one model.
+    """Solves (10).
 
     Parameters
     ----------
-    coordinates : sequence of str
-        Names of the n coordinates.
-    reserves : sequence of Reserve
     solver : Solver
+    weights : (n,) array_like
+        Of the squared gaps of the coordinates where a demand is out of reach.
     """
 
-    def __init__(
-        self, coordinates: Sequence[str], reserves: Sequence[Reserve] = (), solver=Solver.DAQP
-    ) -> None:
+    def __init__(self, solver: Solver = Solver.DAQP, weights: ArrayLike = 1.0) -> None:
         self._order = (solver, *(other for other in Solver if other is not solver))
-        self._optimal = np.array([reserve.optimal_force for reserve in reserves])
-        self._columns = reserve_columns(coordinates, reserves) * self._optimal
-        self._low = np.array([reserve.min_control for reserve in reserves])
-        self._high = np.array([reserve.max_control for reserve in reserves])
+        self._weights = np.sqrt(np.asarray(weights) / np.min(weights))
 
-    def build(
+    def solve(
         self, r: np.ndarray, Q_m: np.ndarray, F_min: np.ndarray, F_max: np.ndarray, N: np.ndarray
-    ) -> ScaledProblem:
-        """The quadratic program of (10).
+    ) -> Recruitment:
+        """Solve (10); out of reach, deliver the torque that `nearest` finds.
 
         Parameters
         ----------
@@ -152,26 +88,14 @@ class Recruiter:
         Q_m : (n,) ndarray
             Demanded torques.
         F_min, F_max, N : (m,) ndarray
-            Bounds and normalising forces [N].
-        """
-        A = r.T * N
-        low, high = F_min / N, F_max / N
-        if self._optimal.size:
-            A = np.hstack([A, self._columns])
-            low, high = np.concatenate([low, self._low]), np.concatenate([high, self._high])
-        return ScaledProblem(A, Q_m, low, high)
-
-    def solve(
-        self, r: np.ndarray, Q_m: np.ndarray, F_min: np.ndarray, F_max: np.ndarray, N: np.ndarray
-    ) -> Recruitment:
-        """Solve (10); out of reach, deliver the torque that `nearest` finds.
+            Bounds and normalising forces [N, or N m].
 
         Raises
         ------
         RecruitmentError
             No solver gave an answer with acceptable residuals.
         """
-        problem = self.build(r, Q_m, F_min, F_max, N)
+        problem = ScaledProblem(r, Q_m, F_min, F_max, N)
         if not (np.isfinite(problem.A).all() and np.isfinite(problem.b).all()):
             raise RecruitmentError(
                 f"the demanded torques {Q_m} or the forces {F_max} N are not finite"
@@ -179,7 +103,7 @@ class Recruiter:
         first, second = self._order
         answer = ask(first, problem)
         if answer is None:
-            answer = nearest(problem)
+            answer = nearest(problem, self._weights)
             if answer is None or UNMET < problem.gap(answer[0]) < 1e-3:
                 # A small gap may be the first solver's own.
                 answer = ask(second, problem) or answer
@@ -189,15 +113,11 @@ class Recruiter:
                 f"{F_max} N"
             )
         x, residual = answer
-        m = N.size
-        F = np.clip(N * x[:m], F_min, np.maximum(F_min, F_max))
-        reserve = self._optimal * x[m:]
+        F = np.clip(N * x, F_min, np.maximum(F_min, F_max))
         torque = r.T @ F
-        if reserve.size:
-            torque += self._columns @ x[m:]
         unmet = Q_m - torque
         unmet[np.abs(unmet) <= UNMET * problem.scale] = 0.0
-        return Recruitment(F, reserve, torque, unmet, residual)
+        return Recruitment(F, torque, unmet, residual)
 
 
 def ask(solver: Solver, problem: ScaledProblem) -> tuple[np.ndarray, float] | None:
@@ -218,14 +138,16 @@ def ask(solver: Solver, problem: ScaledProblem) -> tuple[np.ndarray, float] | No
     return (solution.x, residual) if residual <= ACCEPTED else None
 
 
-def nearest(problem: ScaledProblem) -> tuple[np.ndarray, float] | None:
+def nearest(problem: ScaledProblem, weights: np.ndarray = ONE) -> tuple[np.ndarray, float] | None:
     """The cheapest x whose torque is nearest to the demand, and its KKT residual.
 
-    Nearest in the scaled rows: every coordinate's gap counts relative to what its actuators can do,
-    which also compares torques with forces. The gap is weighted so heavily against the cost that a
-    demand within reach is met to 1e-8 of a row. DAQP is asked first, then bounded least squares.
+    Nearest in the scaled rows, times their `weights`: every coordinate's gap counts relative to
+    what its actuators can do, which also compares torques with forces. The gap is weighted so
+    heavily against the cost that a demand within reach is met to 1e-8 of a row. DAQP is asked
+    first, then bounded least squares.
     """
-    A, b, low, high = problem.A, problem.b, problem.lb, problem.ub
+    low, high = problem.lb, problem.ub
+    A, b = (weights * problem.A.T).T, weights * problem.b
 
     def judged(x: np.ndarray) -> tuple[np.ndarray, float]:
         y = GAP_WEIGHT * (A @ x - b)
@@ -263,16 +185,19 @@ class ScaledProblem(qpsolvers.Problem):
     actuator is asked for a torque.
     """
 
-    def __init__(self, A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
+    def __init__(
+        self, r: np.ndarray, Q_m: np.ndarray, F_min: np.ndarray, F_max: np.ndarray, N: np.ndarray
+    ) -> None:
+        A, low, high = r.T * N, F_min / N, F_max / N
         self.scale = np.sqrt((A * A).sum(axis=1))
         idle = self.scale == 0.0
         self.scale[idle] = 1.0
-        self.unreachable = bool((b[idle] != 0.0).any())
+        self.unreachable = bool((Q_m[idle] != 0.0).any())
         super().__init__(
             np.eye(low.size),
             np.zeros(low.size),
             A=A / self.scale[:, None],
-            b=b / self.scale,
+            b=Q_m / self.scale,
             lb=low,
             ub=np.maximum(low, high),
         )

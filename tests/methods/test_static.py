@@ -106,7 +106,7 @@ def test_a_tendon_too_long_for_the_motion_is_named():
 
 @pytest.mark.parametrize("forces", [np.zeros(2), np.ones(3), np.array([1.0, np.nan])])
 def test_a_normalizer_that_does_not_fit_is_named(forces):
-    settings = em.Static(normalizer=lambda muscles, F_max: forces)
+    settings = em.Static(normalizer=lambda muscles, F_max, geometry: forces)
     with pytest.raises(em.ParameterError, match=r"normalizer: .* must return 2 positive forces"):
         em.static_optimization(pendulum.build(), pendulum.motion(), settings=settings)
 

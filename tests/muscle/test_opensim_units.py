@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
+from exudyn_muscles.path.geometry import Geometry
 
 from ..opensim import REFERENCE, needs_opensim_files
 from ..opensim_models import FILES, muscle, muscles
@@ -50,6 +51,23 @@ def check(found, expected, scale, tolerance, name=""):
 def fastest(units):
     """V = v_max l_m0, (m,) [m/s]."""
     return np.array([unit.max_contraction_velocity * unit.optimal_fiber_length for unit in units])
+
+
+def test_normalizer_of_opensims_fast_target(model):
+    """OpenSim's Millard class takes the angle of a fibre of l_m / l_m0 metres there."""
+    units, table, tolerance = model
+    F0, floor = units.max_isometric_force, 1e-3 * units.max_isometric_force  # OpenSim has none
+    optimal = units.optimal_fiber_length
+    w = optimal * np.sin([unit.pennation_angle_at_optimal for unit in units])
+    slack = np.array([unit.tendon_slack_length for unit in units])
+    is_millard = [isinstance(unit.law, em.Millard2012) for unit in units]
+    for l, v, expected in zip(table["L"], table["V"], table["Finext_a1"], strict=True):
+        fiber = np.hypot(np.maximum(l - slack, 0.01 * optimal), w)
+        cos, its_cos = (np.sqrt(1.0 - (w / x) ** 2) for x in (fiber, fiber / optimal))
+        expected = np.where(is_millard, expected * cos / its_cos, expected)
+        found = em.RigidTendonForce()(units, F0, Geometry(l, v, np.empty((0, 0))))
+        check(found, np.maximum(expected, floor), F0, tolerance)
+    assert (table["Finext_a1"] > floor).mean() > 0.4
 
 
 def test_right_hand_sides(model):

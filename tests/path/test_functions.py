@@ -76,7 +76,7 @@ def test_function_path():
     for q in [*rng.uniform(-1.0, 1.0, (20, 3)), np.zeros(3)]:
         hip, knee, ankle = q
         expected = 0.3 - 0.02 * hip + 0.01 * hip * knee**2 + 2.0 * float(curve(ankle)) * hip**3
-        l, l_t, r = muscles.geometry(q, np.array([1.0, 2.0, 3.0]))
+        l, l_t, r, _ = muscles.geometry(q, np.array([1.0, 2.0, 3.0]))
         assert l[0] == pytest.approx(expected, rel=1e-14)
         slopes = gradient(muscles.lengths, q, 1e-4)
         np.testing.assert_allclose(r, -slopes, rtol=0.0, atol=1e-9)

@@ -5,6 +5,7 @@ import pytest
 
 import exudyn_muscles as em
 from exudyn_muscles.recruitment.bounds import ReachableForces, steady_bounds, steady_state
+from exudyn_muscles.recruitment.limits import Limits
 
 from ..differences import difference
 from ..muscle import hill
@@ -12,6 +13,11 @@ from ..zoo import LAWS
 
 TOLERANCE = 1e-4
 H = 0.010
+
+
+def limits(muscles):
+    """Lowest and highest excitation of muscles without limits of their own."""
+    return Limits({}, muscles, []).at(0.0)[0]
 
 
 class Window:
@@ -52,7 +58,7 @@ class Window:
 
     def reachable(self, tolerance=TOLERANCE):
         reachable = ReachableForces(self.muscles, tolerance, self.integrator)
-        reachable.open(self.a, self.l_t, self.l, self.v, H)
+        reachable.open(self.a, self.l_t, self.l, self.v, H, limits(self.muscles))
         return reachable
 
     def end(self, u, tolerance=TOLERANCE):
@@ -125,6 +131,25 @@ def test_targets_outside_give_the_nearest_bound(window):
     np.testing.assert_array_equal(at_bound.excitation, np.where(np.arange(low.size) % 2, 0.01, 1.0))
 
 
+def test_limits_of_excitations_are_the_ends(window):
+    """Bounds, excitations outside of them and the steady start, with limits of their own."""
+    m = len(window.muscles)
+    u = np.array([np.linspace(0.05, 0.3, m), np.linspace(0.4, 0.9, m)])
+    reachable = ReachableForces(window.muscles, TOLERANCE, window.integrator)
+    reachable.open(window.a, window.l_t, window.l, window.v, H, u)
+    low, high = reachable.bounds(window.l_1, window.v_1)
+    np.testing.assert_array_equal(low, np.maximum(window.end(u[0]).force, 0.0))
+    np.testing.assert_array_equal(high, np.maximum(window.end(u[1]).force, 0.0))
+    np.testing.assert_array_equal(reachable.excite(low - 1.0).excitation, u[0])
+    np.testing.assert_array_equal(reachable.excite(high + 1.0).excitation, u[1])
+    between = reachable.excite(0.5 * (low + high)).excitation
+    assert ((u[0] < between) & (between < u[1]) | (high <= low)).all()
+    low, high = steady_bounds(window.muscles, u, window.l)
+    np.testing.assert_array_equal(low, em.equilibrium(window.muscles, u[0], window.l).force)
+    for wanted, a in ((0.5 * low, u[0]), (2.0 * high, u[1])):
+        np.testing.assert_array_equal(steady_state(window.muscles, u, wanted, window.l)[0], a)
+
+
 def test_few_integrations():
     """The sensitivity of the same pass saves a bracketing search."""
     counts = []
@@ -172,7 +197,7 @@ def test_same_bits_twice_in_a_window(window):
 def test_a_new_window_forgets_the_last(window):
     reachable = window.reachable()
     reachable.bounds(window.l_1 + 0.3 * window.muscles.optimal_fiber_length, window.v_1)
-    reachable.open(window.a, window.l_t, window.l, window.v, H)
+    reachable.open(window.a, window.l_t, window.l, window.v, H, limits(window.muscles))
     fresh = window.reachable()
     np.testing.assert_array_equal(
         reachable.bounds(window.l_1, window.v_1), fresh.bounds(window.l_1, window.v_1)
@@ -205,7 +230,7 @@ def test_a_failed_window_names_the_muscle():
 
 
 def test_steady_bounds_are_the_equilibria(window):
-    low, high = steady_bounds(window.muscles, window.l)
+    low, high = steady_bounds(window.muscles, limits(window.muscles), window.l)
     m = len(window.muscles)
     for bound, u in ((low, 0.01), (high, 1.0)):
         rest = em.equilibrium(window.muscles, np.full(m, u), window.l)
@@ -214,9 +239,9 @@ def test_steady_bounds_are_the_equilibria(window):
 
 
 def test_steady_state_is_steady_and_delivers_the_force(window):
-    low, high = steady_bounds(window.muscles, window.l)
+    low, high = steady_bounds(window.muscles, limits(window.muscles), window.l)
     F_opt = low + window.rng.uniform(0.0, 1.0, low.size) * (high - low)
-    a, l_t = steady_state(window.muscles, F_opt, window.l)
+    a, l_t = steady_state(window.muscles, limits(window.muscles), F_opt, window.l)
     rest = np.zeros(low.size)
     F = em.muscle_dynamics(window.muscles, a, l_t, window.l, rest).tendon_force
     assert (abs(F - F_opt) <= 1e-9 * window.muscles.max_isometric_force).all()
@@ -230,9 +255,9 @@ def test_steady_state_is_steady_and_delivers_the_force(window):
 
 
 def test_steady_state_of_forces_out_of_reach(window):
-    low, high = steady_bounds(window.muscles, window.l)
+    low, high = steady_bounds(window.muscles, limits(window.muscles), window.l)
     for wanted, u, bound in ((2.0 * high, 1.0, high), (0.5 * low, 0.01, low)):
-        a, l_t = steady_state(window.muscles, wanted, window.l)
+        a, l_t = steady_state(window.muscles, limits(window.muscles), wanted, window.l)
         np.testing.assert_array_equal(a, np.full(low.size, u))
         F = em.muscle_dynamics(window.muscles, a, l_t, window.l, np.zeros(low.size)).tendon_force
         np.testing.assert_allclose(F, bound)
@@ -255,7 +280,7 @@ def test_a_muscle_that_is_slack_either_way_rests(law, integrator):
         l, v, a = np.array([0.3]), np.array([speed]), np.array([0.3])
         l_t = em.equilibrium(muscles, a, l).tendon_length
         window = ReachableForces(muscles, 1e-4, integrator)
-        window.open(a, l_t, l, v, 0.01)
+        window.open(a, l_t, l, v, 0.01, limits(muscles))
         low, high = window.bounds(l + 0.01 * v, v)
         u, _, slack, end = window.excite(low)
         assert u[0] == 0.01
@@ -271,7 +296,14 @@ def test_steps_that_no_longer_fit_are_chosen_anew(integrator):
         "unit", max_isometric_force=1000.0, optimal_fiber_length=0.1, tendon_slack_length=0.205
     )
     muscles, h, l, v, v_1 = em.MuscleSet([unit]), 0.01, 0.169 + 0.205 * 1.024, 0.21, 0.37
-    start = np.array([0.01]), np.array([0.205 * 1.024]), np.array([l]), np.array([v]), h
+    start = (
+        np.array([0.01]),
+        np.array([0.205 * 1.024]),
+        np.array([l]),
+        np.array([v]),
+        h,
+        limits(muscles),
+    )
     ends = [
         (np.array([l + h * v]), np.array([v])),
         (np.array([l + h * 0.5 * (v + v_1)]), np.array([v_1])),
@@ -290,5 +322,7 @@ def test_a_fibre_that_bears_nothing_actively_starts_at_rest():
     )  # fmt: skip
     muscles = em.MuscleSet([unit])
     for l in ([0.45], [0.46], [0.47]):  # beyond 1.81 optimal lengths
-        low, _ = steady_bounds(muscles, np.array(l))
-        assert steady_state(muscles, low, np.array(l))[0] == unit.minimum_activation
+        low, _ = steady_bounds(muscles, limits(muscles), np.array(l))
+        assert (
+            steady_state(muscles, limits(muscles), low, np.array(l))[0] == unit.minimum_activation
+        )

@@ -1,4 +1,4 @@
-"""Recruitment (10): optimality, agreement of the solvers, demands out of reach, reserves."""
+"""Recruitment (10): optimality, agreement of the solvers, demands out of reach."""
 
 import numpy as np
 import pytest
@@ -15,40 +15,46 @@ from exudyn_muscles.recruitment.optimization import (
     nearest,
 )
 
-NAMES = ("hip", "knee", "ankle")
-
 
 class Case:
-    """Arguments of `Recruiter.solve`, and reserves."""
+    """Arguments of `Recruiter.solve`."""
 
-    def __init__(self, r, Q_m, F_min, F_max, N=None, reserves=()):
+    def __init__(self, r, Q_m, F_min, F_max, N=None):
         self.r = np.array(r, dtype=float)
-        m, n = self.r.shape
+        m = len(self.r)
         self.Q_m = np.array(Q_m, dtype=float)
         self.F_min = np.zeros(m) + F_min
         self.F_max = np.zeros(m) + F_max
         self.N = np.maximum(self.F_max, 1.0) if N is None else np.zeros(m) + N
-        self.reserves = reserves
-        self.coordinates = NAMES[:n]
-
-    def recruiter(self, solver=em.Solver.DAQP):
-        return Recruiter(self.coordinates, self.reserves, solver)
 
     def arguments(self):
         return self.r, self.Q_m, self.F_min, self.F_max, self.N
 
-    def solve(self, solver=em.Solver.DAQP):
-        return self.recruiter(solver).solve(*self.arguments())
+    def solve(self, solver=em.Solver.DAQP, weights=1.0):
+        return Recruiter(solver, weights).solve(*self.arguments())
 
 
-def random_case(seed, m, n, reach=0.6, reserves=()):
+def random_case(seed, m, n, reach=0.6):
     """A demand that some forces well between their bounds deliver."""
     rng = np.random.default_rng(seed)
     r = rng.uniform(-0.06, 0.06, (m, n)) * (rng.random((m, n)) < 0.7)
     F_max = rng.uniform(200.0, 3000.0, m)
     F_min = rng.uniform(0.0, 0.1, m) * F_max
     F = F_min + rng.uniform(0.0, reach, m) * (F_max - F_min)
-    return Case(r, r.T @ F, F_min, F_max, reserves=reserves)
+    return Case(r, r.T @ F, F_min, F_max)
+
+
+def with_reserves(case, **optimal):
+    """A case with ideal actuators on some coordinates, as the methods add them."""
+    columns = np.eye(case.r.shape[1])[[("hip", "knee", "ankle").index(name) for name in optimal]]
+    strength = list(optimal.values())
+    return Case(
+        np.vstack([case.r, columns]),
+        case.Q_m,
+        np.append(case.F_min, np.full(len(strength), -np.inf)),
+        np.append(case.F_max, np.full(len(strength), np.inf)),
+        np.append(case.N, strength),
+    )
 
 
 def zoo():
@@ -84,10 +90,7 @@ def zoo():
         Case(all_high.r, all_high.r.T @ all_high.F_min, all_high.F_min, all_high.F_max),
     )
     yield "no room", Case([[0.05], [-0.03]], [0.05 * 40 - 0.03 * 70], [40.0, 70.0], [40.0, 70.0])
-    yield (
-        "reserves",
-        random_case(7, 6, 3, reserves=[em.Reserve("hip", 10.0), em.Reserve("ankle", 1.0)]),
-    )
+    yield "reserves", with_reserves(random_case(7, 6, 3), hip=10.0, ankle=1.0)
 
 
 ZOO = dict(zoo())
@@ -104,13 +107,6 @@ def check_optimal(case, found):
     assert (found.unmet == 0.0).all()
     A, x = case.r * case.N[:, None], found.force / case.N
     low, high = case.F_min / case.N, case.F_max / case.N
-    if case.reserves:
-        optimal = np.array([reserve.optimal_force for reserve in case.reserves])
-        columns = [case.coordinates.index(reserve.coordinate) for reserve in case.reserves]
-        A = np.vstack([A, np.eye(len(case.Q_m))[columns] * optimal[:, None]])
-        x = np.concatenate([x, found.reserve / optimal])
-        low = np.concatenate([low, [reserve.min_control for reserve in case.reserves]])
-        high = np.concatenate([high, [reserve.max_control for reserve in case.reserves]])
     # There must be a lambda with x - A lambda >= 0 at the lower bounds, <= 0 at the upper ones and
     # = 0 between: a linear feasibility problem, solved as bounded least squares with slacks.
     at_low, at_high = x <= low + 1e-9, x >= high - 1e-9
@@ -145,7 +141,6 @@ def test_solvers_agree(name):
     case = ZOO[name]
     daqp, osqp = case.solve(em.Solver.DAQP), case.solve(em.Solver.OSQP)
     np.testing.assert_allclose(daqp.force / case.N, osqp.force / case.N, rtol=0.0, atol=1e-8)
-    np.testing.assert_allclose(daqp.reserve, osqp.reserve, rtol=0.0, atol=1e-8)
 
 
 @pytest.mark.parametrize("name", ZOO)
@@ -210,7 +205,7 @@ def test_general_optimizer_finds_nothing_better(seed):
 
 
 def solved(case):
-    problem = case.recruiter().build(*case.arguments())
+    problem = ScaledProblem(*case.arguments())
     solution = qpsolvers.solve_problem(problem, solver="daqp")
     rest = problem.A, problem.b, problem.lb, problem.ub
     return solution.x, solution.y, rest
@@ -379,7 +374,7 @@ def test_everything_fixed():
 def test_nearest_meets_a_demand_within_reach():
     for name in ("redundant", "two coordinates", "three coordinates", "all at upper bounds"):
         case = ZOO[name]
-        problem = case.recruiter().build(*case.arguments())
+        problem = ScaledProblem(*case.arguments())
         x, residual = nearest(problem)
         assert residual <= ACCEPTED
         np.testing.assert_allclose(problem.A @ x, problem.b, atol=1e-7)
@@ -387,66 +382,47 @@ def test_nearest_meets_a_demand_within_reach():
 
 def test_rows_are_scaled_to_length_one():
     problem = ScaledProblem(
-        np.array([[3.0, 4.0], [0.0, 0.0]]), np.array([10.0, 2.0]), np.zeros(2), np.ones(2)
+        np.array([[3.0, 0.0], [4.0, 0.0]]), np.array([10.0, 2.0]), np.zeros(2), *np.ones((2, 2))
     )
     np.testing.assert_allclose(problem.scale, [5.0, 1.0])
     np.testing.assert_allclose(problem.A, [[0.6, 0.8], [0.0, 0.0]])
     np.testing.assert_allclose(problem.b, [2.0, 2.0])
 
 
-# -- reserves -------------------------------------------------------------------------------------
+@pytest.mark.parametrize("weights", [(1.0, 9.0), (2.0, 18.0)])
+def test_a_coordinate_with_more_weight_comes_nearer_out_of_reach(weights):
+    """One muscle on two coordinates with equal arms: the squared gaps are weighted 1 to 9."""
+    case = Case([[0.05, 0.05]], [10.0, 20.0], 0.0, 1000.0)
+    found = case.solve(weights=weights)
+    np.testing.assert_allclose(found.torque, [19.0, 19.0], rtol=1e-6)
+    np.testing.assert_allclose(found.unmet, [-9.0, 1.0], rtol=1e-5)
+
+
+def test_weights_change_nothing_within_reach():
+    case = ZOO["three coordinates"]
+    weighted = case.solve(weights=[1.0, 100.0, 10.0])
+    np.testing.assert_array_equal(weighted.force, case.solve().force)
+
+
+# -- ideal actuators ------------------------------------------------------------------------------
 
 
 def test_reserves_help_where_the_muscles_do_not_suffice():
-    case = Case([[0.05], [-0.05]], [80.0], 0.0, 1000.0, reserves=[em.Reserve("hip", 1.0)])
-    found = case.solve()
-    assert found.reserve[0] == pytest.approx(30.0, rel=1e-6)
+    found = with_reserves(Case([[0.05], [-0.05]], [80.0], 0.0, 1000.0), hip=1.0).solve()
+    np.testing.assert_allclose(found.force, [1000.0, 0.0, 30.0], atol=1e-4)
     assert found.torque[0] == pytest.approx(80.0)
     assert found.unmet[0] == 0.0
-    np.testing.assert_allclose(found.force, [1000.0, 0.0], atol=1e-4)
 
 
 def test_a_strong_reserve_is_cheap():
     """F / N^2 = lambda r and tau / opt^2 = lambda: the torque is shared as (r N)^2 to opt^2."""
-    case = Case([[0.05]], [20.0], 0.0, 1000.0, reserves=[em.Reserve("hip", 100.0)])
-    found = case.solve()
+    found = with_reserves(Case([[0.05]], [20.0], 0.0, 1000.0), hip=100.0).solve()
     shares = np.array([50.0**2, 100.0**2])
-    expected = 20.0 * shares / shares.sum()
-    assert 0.05 * found.force[0] == pytest.approx(expected[0])
-    assert found.reserve[0] == pytest.approx(expected[1])
-
-
-@pytest.mark.parametrize("solver", em.Solver)
-@pytest.mark.parametrize(("demand", "limit"), [(80.0, 5.0), (-80.0, -2.0)])
-def test_limits_of_reserves(solver, demand, limit):
-    reserve = em.Reserve("hip", 10.0, min_control=-0.2, max_control=0.5)
-    case = Case([[0.05], [-0.05]], [demand], 0.0, 1000.0, reserves=[reserve])
-    found = case.solve(solver)
-    assert found.reserve[0] == pytest.approx(limit, rel=1e-6)
-    assert found.unmet[0] == pytest.approx(np.sign(demand) * (abs(demand) - 50.0 - abs(limit)))
+    np.testing.assert_allclose(found.force * [0.05, 1.0], 20.0 * shares / shares.sum())
 
 
 def test_reserve_on_a_coordinate_without_muscles():
-    case = Case(
-        [[0.05, 0.0], [-0.05, 0.0]], [10.0, 7.0], 0.0, 1000.0, reserves=[em.Reserve("knee", 2.0)]
-    )
-    found = case.solve()
-    assert found.reserve[0] == pytest.approx(7.0)
+    case = Case([[0.05, 0.0], [-0.05, 0.0]], [10.0, 7.0], 0.0, 1000.0)
+    found = with_reserves(case, knee=2.0).solve()
+    assert found.force[2] == pytest.approx(7.0)
     np.testing.assert_allclose(found.torque, [10.0, 7.0])
-
-
-@pytest.mark.parametrize("force", [0.0, -1.0, np.nan, np.inf])
-def test_bad_optimal_force(force):
-    with pytest.raises(em.ParameterError, match=r"reserve on 'hip': optimal_force = .* is outside"):
-        em.Reserve("hip", force)
-
-
-@pytest.mark.parametrize("controls", [(0.1, 1.0), (-1.0, -0.1), (np.nan, 1.0), (-1.0, np.nan)])
-def test_bad_controls(controls):
-    with pytest.raises(em.ParameterError, match=r"reserve on 'hip': controls \["):
-        em.Reserve("hip", 1.0, *controls)
-
-
-def test_reserve_on_an_unknown_coordinate():
-    with pytest.raises(em.ParameterError, match=r"reserve on 'toe': the coordinates are \['hip'"):
-        Recruiter(["hip", "knee"], [em.Reserve("toe", 1.0)])

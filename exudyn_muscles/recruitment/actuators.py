@@ -1,0 +1,334 @@
+"""Ideal actuators beside the muscles: reserves on coordinates, forces and torques on links.
+
+Their torques on the coordinates are S f with the forces f (r,) and the columns S (n, r), as the
+muscles' are r^T F. A reserve's column is constant; those of forces and torques on links depend on
+the coordinates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import KW_ONLY, dataclass
+
+import numpy as np
+
+from ..checks import number_within
+from ..errors import ParameterError
+from ..kernel import kernel
+from ..path.followers import Followers
+from ..path.tree import GROUND, PRISMATIC, Tree, link_frames
+
+# Columns of the table of actuators: what, on which coordinate or link, against which link, and in
+# whose frame position and direction are.
+KIND, ON, AGAINST, POINT_FRAME, FRAME, POSITION, DIRECTION, COLUMNS = (
+    0, 1, 2, 3, 4, slice(5, 8), slice(8, 11), 11
+)  # fmt: skip
+COORDINATE, FORCE, TORQUE = 0.0, 1.0, 2.0
+
+
+@dataclass(frozen=True)
+class Reserve:
+    """An ideal torque on one coordinate that helps where the muscles do not suffice.
+
+    Parameters
+    ----------
+    coordinate : str
+        The coordinate's name in the model.
+    optimal_force : float
+        Torque [N m] or force [N] at control 1: the larger, the cheaper.
+    min_control, max_control : float
+        Limits of torque over optimal force.
+    name : str, optional
+        `<coordinate>_reserve` if left out.
+
+    Raises
+    ------
+    ParameterError
+        The optimal force is not positive and finite, or the limits do not enclose zero.
+    """
+
+    coordinate: str
+    optimal_force: float
+    min_control: float = -np.inf
+    max_control: float = np.inf
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.name:
+            object.__setattr__(self, "name", f"{self.coordinate}_reserve")
+        _check(self, f"reserve on '{self.coordinate}'")
+
+
+@dataclass(frozen=True)
+class PointActuator:
+    """An ideal force on a point of a link, as the residual forces on a pelvis.
+
+    Parameters
+    ----------
+    name : str
+    link : int
+        Number of the link in the kinematic tree, from 0.
+    point : (3,) sequence of float
+        In the frame of the link, or where the point is in ground [m].
+    direction : (3,) sequence of float
+        Of a positive force, in the frame of the link or in ground; any length but zero.
+    optimal_force : float
+        Force [N] at control 1: the larger, the cheaper.
+    point_is_global, force_is_global : bool
+        Point and direction are in ground.
+    min_control, max_control : float
+        Limits of force over optimal force.
+
+    Raises
+    ------
+    ParameterError
+        As `Reserve`, or a link, point or direction is not one.
+    """
+
+    name: str
+    _: KW_ONLY
+    link: int
+    point: Sequence[float]
+    direction: Sequence[float]
+    optimal_force: float
+    point_is_global: bool = False
+    force_is_global: bool = False
+    min_control: float = -np.inf
+    max_control: float = np.inf
+
+    def __post_init__(self) -> None:
+        what = f"point actuator '{self.name}'"
+        _check(self, what)
+        _check_link(f"{what}: link", self.link, 0)
+        object.__setattr__(self, "point", _vector(f"{what}: point", self.point))
+        object.__setattr__(self, "direction", _unit(f"{what}: direction", self.direction))
+
+
+@dataclass(frozen=True)
+class TorqueActuator:
+    """An ideal torque between two links, or between a link and ground.
+
+    Parameters
+    ----------
+    name : str
+    link : int
+        Number of the link that gets the torque, from 0.
+    axis : (3,) sequence of float
+        Of a positive torque, in ground or in the frame of the link; any length but zero.
+    optimal_force : float
+        Torque [N m] at control 1: the larger, the cheaper.
+    against : int
+        The link that gets the opposite torque; ground if left out.
+    torque_is_global : bool
+        The axis is in ground.
+    min_control, max_control : float
+        Limits of torque over optimal force.
+
+    Raises
+    ------
+    ParameterError
+        As `Reserve`, or a link or axis is not one.
+    """
+
+    name: str
+    _: KW_ONLY
+    link: int
+    axis: Sequence[float]
+    optimal_force: float
+    against: int = GROUND
+    torque_is_global: bool = True
+    min_control: float = -np.inf
+    max_control: float = np.inf
+
+    def __post_init__(self) -> None:
+        what = f"torque actuator '{self.name}'"
+        _check(self, what)
+        _check_link(f"{what}: link", self.link, 0)
+        _check_link(f"{what}: against", self.against, GROUND)
+        object.__setattr__(self, "axis", _unit(f"{what}: axis", self.axis))
+
+
+Actuator = Reserve | PointActuator | TorqueActuator
+
+
+def actuator_names(actuators: Sequence[Actuator]) -> tuple[str, ...]:
+    """The actuators' names; from the second on of the same name with a number."""
+    names = [actuator.name for actuator in actuators]
+    seen = [names[:k].count(name) for k, name in enumerate(names)]
+    return tuple(
+        f"{name}_{before + 1}" if before else name for name, before in zip(names, seen, strict=True)
+    )
+
+
+def compile_columns(
+    actuators: Sequence[Actuator],
+    tree: Tree,
+    names: Sequence[str],
+    coordinates: Sequence[str],
+    followers: Followers | None,
+) -> Callable[[np.ndarray], np.ndarray]:
+    """The function q (n,) -> S (n, r) of these actuators.
+
+    Parameters
+    ----------
+    actuators : sequence of Actuator
+    tree : Tree
+    names : sequence of str
+        Of all N coordinates of the tree.
+    coordinates : sequence of str
+        Of the n independent ones.
+    followers : Followers or None
+        None: all of the tree's are independent.
+
+    Raises
+    ------
+    ParameterError
+        An actuator acts on a coordinate or link that does not exist.
+    """
+    table = np.array([_row(each, names, coordinates, len(tree)) for each in actuators])
+    table = table.reshape(len(actuators), COLUMNS)
+    if (table[:, KIND] == COORDINATE).all():
+        constant = np.zeros((len(coordinates), len(actuators)))
+        for k, each in enumerate(actuators):
+            constant[list(coordinates).index(each.coordinate), k] = 1.0  # type: ignore[union-attr]
+        constant.setflags(write=False)
+        return lambda q: constant
+
+    n = len(tree)
+    joints = tree.joints, tree.parents, tree.rotations, tree.offsets, tree.base, tree.reference
+    R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
+
+    def of_tree(q: np.ndarray) -> np.ndarray:
+        S = np.empty((n, len(actuators)))
+        link_frames(*joints, q, R, p, axes)
+        columns(tree.joints, tree.parents, R, p, axes, table, S)
+        return S
+
+    if followers is None:
+        return of_tree
+    rest = np.zeros(len(coordinates))
+
+    def of_independent(z: np.ndarray) -> np.ndarray:
+        (q, _, _), slopes = followers.state(z, rest, rest)
+        return slopes.R.T @ of_tree(q)
+
+    return of_independent
+
+
+@kernel(allocates=True)
+def columns(joints, parents, R, p, axes, table, S):
+    """Write S (N, r) of all coordinates of the tree, whose links have the frames R, p, axes."""
+    x, d = np.empty(3), np.empty(3)
+    S[:] = 0.0
+    for k in range(table.shape[0]):
+        row = table[k]
+        if row[KIND] == COORDINATE:
+            S[int(row[ON]), k] = 1.0
+            continue
+        turned(R, int(row[FRAME]), row[DIRECTION], d)
+        at = int(row[POINT_FRAME])
+        turned(R, at, row[POSITION], x)
+        if at >= 0:
+            for i in range(3):
+                x[i] += p[at, i]
+        moment = row[KIND] == TORQUE
+        act(joints, parents, p, axes, int(row[ON]), x, d, moment, 1.0, S, k)
+        act(joints, parents, p, axes, int(row[AGAINST]), x, d, moment, -1.0, S, k)
+
+
+@kernel
+def turned(R, link, v, x):
+    """Write a vector of a link's frame, or of ground, as x in ground."""
+    for i in range(3):
+        if link < 0:
+            x[i] = v[i]
+        else:
+            x[i] = R[link, i, 0] * v[0] + R[link, i, 1] * v[1] + R[link, i, 2] * v[2]
+
+
+@kernel
+def act(joints, parents, p, axes, link, x, d, moment, sign, S, k):
+    """Add the column of a force `d` at `x`, or of a torque `d`, on a link and so on all joints that
+    bear it."""
+    j = link
+    while j >= 0:
+        e = axes[j]
+        if moment:
+            if joints[j] < PRISMATIC:
+                S[j, k] += sign * (e[0] * d[0] + e[1] * d[1] + e[2] * d[2])
+        elif joints[j] >= PRISMATIC:
+            S[j, k] += sign * (e[0] * d[0] + e[1] * d[1] + e[2] * d[2])
+        else:
+            a, b, c = x[0] - p[j, 0], x[1] - p[j, 1], x[2] - p[j, 2]
+            S[j, k] += sign * (
+                e[0] * (b * d[2] - c * d[1])
+                + e[1] * (c * d[0] - a * d[2])
+                + e[2] * (a * d[1] - b * d[0])
+            )
+        j = parents[j]
+
+
+def _row(
+    actuator: Actuator, names: Sequence[str], coordinates: Sequence[str], links: int
+) -> np.ndarray:
+    """An actuator's row of the table."""
+    row = np.zeros(COLUMNS)
+    row[AGAINST] = row[POINT_FRAME] = row[FRAME] = GROUND
+    if isinstance(actuator, Reserve):
+        if actuator.coordinate not in coordinates:
+            raise ParameterError(
+                f"reserve on '{actuator.coordinate}': the coordinates are {list(coordinates)}"
+            )
+        row[KIND], row[ON] = COORDINATE, list(names).index(actuator.coordinate)
+        return row
+    others = [actuator.link, actuator.against if isinstance(actuator, TorqueActuator) else GROUND]
+    if max(others) >= links:
+        raise ParameterError(
+            f"actuator '{actuator.name}': there is no link {max(others)}, the tree has {links}"
+        )
+    row[ON], row[AGAINST] = others
+    if isinstance(actuator, TorqueActuator):
+        row[KIND], row[DIRECTION] = TORQUE, actuator.axis
+        row[FRAME] = GROUND if actuator.torque_is_global else actuator.link
+        return row
+    row[KIND], row[POSITION], row[DIRECTION] = FORCE, actuator.point, actuator.direction
+    row[POINT_FRAME] = GROUND if actuator.point_is_global else actuator.link
+    row[FRAME] = GROUND if actuator.force_is_global else actuator.link
+    return row
+
+
+# Checks.
+
+
+def _check(actuator: Actuator, what: str) -> None:
+    number_within(f"{what}: optimal_force", actuator.optimal_force, 1e-9, 1e9)
+    low, high = actuator.min_control, actuator.max_control
+    try:
+        enclosed = low <= 0.0 <= high
+    except TypeError:
+        enclosed = False
+    if not enclosed:
+        raise ParameterError(f"{what}: controls [{low!r}, {high!r}] must enclose 0")
+
+
+def _check_link(what: str, link: object, lowest: int) -> None:
+    if isinstance(link, bool) or not isinstance(link, (int, np.integer)) or link < lowest:
+        raise ParameterError(f"{what} is an integer from {lowest}, got {link!r}")
+
+
+def _vector(what: str, value: Sequence[float]) -> tuple[float, float, float]:
+    try:
+        x, y, z = (float(component) for component in value)
+    except (TypeError, ValueError):
+        x = y = z = np.nan
+    if not np.isfinite([x, y, z]).all():
+        raise ParameterError(f"{what} is three finite numbers, got {value!r}")
+    return x, y, z
+
+
+def _unit(what: str, value: Sequence[float]) -> tuple[float, float, float]:
+    x, y, z = _vector(what, value)
+    length = float(np.linalg.norm([x, y, z]))
+    if length == 0.0:
+        raise ParameterError(f"{what} has no length")
+    return x / length, y / length, z / length

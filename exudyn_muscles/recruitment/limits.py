@@ -1,0 +1,164 @@
+"""Limits of controls over time: excitations of muscles, and controls of ideal actuators."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..muscle.parameters import MuscleSet
+from .actuators import Actuator, actuator_names
+
+Course = float | tuple[Sequence[float], Sequence[float]]
+
+# Times of nodes and of windows are rounded: a window that ends at a node ends there.
+SAME_TIME = 1e-9
+
+
+@dataclass(frozen=True)
+class ControlLimits:
+    """Limits of one actuator's control, constant or over time.
+
+    Those at a window's end hold for the whole window. Before the first and after the last time the
+    limits stay as they are there.
+
+    Parameters
+    ----------
+    minimum, maximum : float or pair of (k,) sequence of float
+        A number, or times [s] and values at them.
+    steps : bool
+        Values do not run linearly from time to time: each holds from the time before it up to its
+        own, as of OpenSim's controls with `use_steps`.
+
+    Raises
+    ------
+    ParameterError
+        Times that do not increase, values that are no numbers, or a minimum above the maximum.
+    """
+
+    minimum: Course
+    maximum: Course
+    steps: bool = False
+    _nodes: tuple[tuple[np.ndarray, np.ndarray], ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        nodes = _nodes("minimum", self.minimum), _nodes("maximum", self.maximum)
+        object.__setattr__(self, "_nodes", nodes)
+        for t in self.times:
+            low, high = self.at(t)
+            if low > high:
+                raise ParameterError(
+                    f"control limits: minimum {low:g} is above maximum {high:g} at t = {t:g} s"
+                )
+
+    @property
+    def times(self) -> np.ndarray:
+        """All times of either limit [s]; one if both are constant."""
+        return np.unique(np.concatenate([each[0] for each in self._nodes]))
+
+    def at(self, t: float) -> tuple[float, float]:
+        """Minimum and maximum at a time [s]."""
+        low, high = (self._value(t, *each) for each in self._nodes)
+        return low, high
+
+    def _value(self, t: float, times: np.ndarray, values: np.ndarray) -> float:
+        if not self.steps:
+            return float(np.interp(t, times, values))
+        k = int(np.searchsorted(times, t - SAME_TIME))
+        return float(values[min(k, values.size - 1)])
+
+
+class Limits:
+    """The limits of all actuators of a model at any time.
+
+    Muscles without limits of their own have [minimum activation, 1], ideal actuators those that
+    they were made with.
+
+    Parameters
+    ----------
+    limits : mapping of str to ControlLimits
+        By the names of muscles and ideal actuators.
+    muscles : MuscleSet
+    actuators : sequence of Actuator
+
+    Raises
+    ------
+    ParameterError
+        There is no actuator of a name, or a muscle's limits are outside [0, 1] or leave it no
+        activation.
+    """
+
+    def __init__(
+        self,
+        limits: Mapping[str, ControlLimits],
+        muscles: MuscleSet,
+        actuators: Sequence[Actuator],
+    ) -> None:
+        names = [*muscles.names, *actuator_names(actuators)]
+        self._optimal = np.array([actuator.optimal_force for actuator in actuators])
+        controls = [(actuator.min_control, actuator.max_control) for actuator in actuators]
+        excitations = [(a, 1.0) for a in muscles.minimum_activation]
+        self._usual = np.array([*excitations, *controls])
+        self._varied: list[tuple[int, ControlLimits]] = []
+        for name, given in limits.items():
+            if name not in names:
+                raise ParameterError(
+                    f"control limits of '{name}': the actuators are {', '.join(names)}"
+                )
+            i = names.index(name)
+            if i < len(muscles):
+                _check_muscle(name, given, float(muscles.minimum_activation[i]))
+            self._varied.append((i, given))
+        self._lowest, self._muscles = muscles.minimum_activation, len(muscles)
+        self._constant = self._split(self._usual)
+
+    def at(self, t: float) -> tuple[np.ndarray, np.ndarray]:
+        """Excitations (2, m) and ideal actuators' forces (2, r) [N or N m], lowest and highest."""
+        if not self._varied:
+            return self._constant
+        table = self._usual.copy()
+        for i, limits in self._varied:
+            table[i] = limits.at(t)
+        return self._split(table)
+
+    def _split(self, table: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        u, forces = table[: self._muscles].T.copy(), table[self._muscles :].T * self._optimal
+        np.maximum(u[0], self._lowest, out=u[0])
+        return u, forces
+
+
+def _nodes(name: str, course: Course) -> tuple[np.ndarray, np.ndarray]:
+    """A course as times and values."""
+    try:
+        times, values = course if isinstance(course, tuple) else ([0.0], [course])
+        t, x = np.array(times, dtype=float), np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        t = x = np.array(np.nan)
+    if (
+        t.ndim != 1
+        or t.shape != x.shape
+        or not (t.size and np.isfinite(t).all() and (np.diff(t) > 0.0).all())
+        or np.isnan(x).any()
+    ):
+        raise ParameterError(
+            f"control limits: {name} is a number, or increasing times and as many values, got "
+            f"{course!r}"
+        )
+    return t, x
+
+
+def _check_muscle(name: str, limits: ControlLimits, lowest: float) -> None:
+    for t in limits.times:
+        low, high = limits.at(t)
+        if not 0.0 <= low <= high <= 1.0:
+            raise ParameterError(
+                f"muscle '{name}': control limits [{low:g}, {high:g}] at t = {t:g} s are outside "
+                "[0, 1]"
+            )
+        if high < lowest:
+            raise ParameterError(
+                f"muscle '{name}': a maximum control of {high:g} at t = {t:g} s is below its "
+                f"minimum activation of {lowest:g}"
+            )

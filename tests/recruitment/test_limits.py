@@ -1,0 +1,73 @@
+"""Limits of controls over time."""
+
+import re
+
+import numpy as np
+import pytest
+
+import exudyn_muscles as em
+from exudyn_muscles.recruitment.limits import Limits
+
+MUSCLES = em.MuscleSet(
+    em.Muscle(name, max_isometric_force=1e3, optimal_fiber_length=0.1, tendon_slack_length=0.1)
+    for name in ("flexor", "extensor")
+)
+RESERVES = [em.Reserve("elbow", 20.0, -2.0, 3.0), em.Reserve("wrist", 5.0)]
+
+
+def test_without_limits_of_their_own():
+    u, forces = Limits({}, MUSCLES, RESERVES).at(0.3)
+    np.testing.assert_array_equal(u, [[0.01, 0.01], [1.0, 1.0]])
+    np.testing.assert_array_equal(forces, [[-40.0, -np.inf], [60.0, np.inf]])
+
+
+def test_constant_limits():
+    given = {
+        "extensor": em.ControlLimits(0.0, 0.5),
+        "wrist_reserve": em.ControlLimits(-1.0, 2.0),
+    }
+    u, forces = Limits(given, MUSCLES, RESERVES).at(7.0)
+    np.testing.assert_array_equal(u, [[0.01, 0.01], [1.0, 0.5]])  # not below minimum activation
+    np.testing.assert_array_equal(forces, [[-40.0, -5.0], [60.0, 10.0]])
+
+
+def test_limits_run_linearly_and_stay_at_the_ends():
+    given = em.ControlLimits(([1.0, 2.0, 4.0], [0.1, 0.3, 0.2]), 0.9)
+    found = [given.at(t) for t in (0.0, 1.5, 3.0, 9.0)]
+    np.testing.assert_allclose(found, [[0.1, 0.9], [0.2, 0.9], [0.25, 0.9], [0.2, 0.9]])
+
+
+def test_steps_hold_up_to_their_time():
+    """As OpenSim's with use_steps, whatever the rounding of a window's end."""
+    given = em.ControlLimits(0.0, ([0.1, 0.2, 0.3], [0.5, 0.6, 0.7]), steps=True)
+    for t, high in ((0.0, 0.5), (0.1, 0.5), (0.15, 0.6), (0.2 + 1e-12, 0.6), (0.21, 0.7), (9, 0.7)):
+        assert given.at(t) == (0.0, high)
+
+
+@pytest.mark.parametrize(
+    ("limits", "message"),
+    [
+        ((0.5, 0.4), "minimum 0.5 is above maximum 0.4 at t = 0 s"),
+        ((([0, 2], [0, 1]), ([1], [0.6])), "minimum 1 is above maximum 0.6 at t = 2 s"),
+        ((([0, 0], [0, 1]), 1.0), "minimum is a number, or increasing times and as many values"),
+        ((0.0, ([0, 1], [1])), "maximum is a number"),
+        ((0.0, "one"), "maximum is a number"),
+        ((np.nan, 1.0), "minimum is a number"),
+    ],
+)
+def test_limits_that_are_none(limits, message):
+    with pytest.raises(em.ParameterError, match=re.escape(message)):
+        em.ControlLimits(*limits)
+
+
+@pytest.mark.parametrize(
+    ("name", "limits", "message"),
+    [
+        ("toe", (0.0, 1.0), "control limits of 'toe': the actuators are flexor, extensor, elbow_"),
+        ("flexor", (0.0, 1.5), "muscle 'flexor': control limits [0, 1.5] at t = 0 s are outside"),
+        ("flexor", (0.0, 0.005), "muscle 'flexor': a maximum control of 0.005 at t = 0 s is below"),
+    ],
+)
+def test_limits_that_do_not_fit_the_model(name, limits, message):
+    with pytest.raises(em.ParameterError, match=re.escape(message)):
+        Limits({name: em.ControlLimits(*limits)}, MUSCLES, RESERVES)
