@@ -25,6 +25,7 @@ from .errors import (
     WindowError,
     WrappingError,
 )
+from .loads import ExternalForce, add_external_force
 from .methods.cmc import CMC, CMCPlugin, computed_muscle_control
 from .methods.control import RecruitmentSettings
 from .methods.cosimulation import (
@@ -85,6 +86,7 @@ __all__ = [
     "DisplayError",
     "Equilibrium",
     "Excitations",
+    "ExternalForce",
     "ExudynMusclesError",
     "ExudynMusclesWarning",
     "FirstIterate",
@@ -142,6 +144,7 @@ __all__ = [
     "WrapEllipsoid",
     "WrapSphere",
     "WrappingError",
+    "add_external_force",
     "computed_muscle_control",
     "cosimulate",
     "equilibrium",

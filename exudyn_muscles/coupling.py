@@ -34,6 +34,7 @@ from .errors import (
     UnmetTorqueWarning,
     warn,
 )
+from .loads import check_external_forces
 from .model import MusculoskeletalModel
 from .motion import Motion
 from .path.geometry import Geometry
@@ -320,6 +321,7 @@ class Plugin(ABC):
                 f"timeIntegration.endTime = {iteration.endTime:g} s is beyond the end at "
                 f"{self.end_time:g} s"
             )
+        check_external_forces(mbs, iteration.startTime, iteration.endTime)
         if self.motion is not None:
             away = self.motion(t)[0] - self.skeleton.q
             if np.abs(away).max() > FAR_AWAY:

@@ -86,7 +86,7 @@ class Skeleton:
         self.mbs = mbs
         self.object = tree
         self.check_assembled()
-        item = self._item()
+        item = tree_item(mbs, tree)
         n = len(item["jointTypes"])
         names = [f"q{i}" for i in range(n)] if coordinates is None else list(coordinates)
         if len(names) != n or len(set(names)) != n:
@@ -109,18 +109,6 @@ class Skeleton:
 
     def __len__(self) -> int:
         return len(self.coordinates)
-
-    def _item(self) -> dict:
-        try:
-            item = self.mbs.GetObject(self.object)
-        except Exception as error:
-            raise ModelError(f"tree = {self.object!r} is not an object of this mbs") from error
-        if item["objectType"] != "KinematicTree":
-            raise ModelError(
-                f"tree = {self.object!r} is an object of type {item['objectType']}; "
-                "the skeleton must be an ObjectKinematicTree"
-            )
-        return item
 
     def check_assembled(self) -> None:
         """Raise ModelError unless Exudyn can solve the system and its coordinates are free."""
@@ -168,7 +156,7 @@ class Skeleton:
             raise ModelError(
                 "another run is attached to this mbs: one attached() serves one run at a time"
             )
-        current = _read_tree(self._item(), self.mbs)
+        current = _read_tree(tree_item(self.mbs, self.object), self.mbs)
         for name in vars(current):
             if not np.array_equal(getattr(current, name), getattr(self.tree, name)):
                 raise ModelError(
@@ -358,6 +346,26 @@ def raise_as_itself(raised: BaseException, caught: BaseException) -> NoReturn:
         raise raised
     finally:
         raised.__context__, raised.__suppress_context__ = context, hidden
+
+
+def tree_item(mbs: exu.MainSystem, tree: int) -> dict:
+    """What Exudyn tells about a kinematic tree.
+
+    Raises
+    ------
+    ModelError
+        There is no such object, or it is another one.
+    """
+    try:
+        item = mbs.GetObject(tree)
+    except Exception as error:
+        raise ModelError(f"tree = {tree!r} is not an object of this mbs") from error
+    if item["objectType"] != "KinematicTree":
+        raise ModelError(
+            f"tree = {tree!r} is an object of type {item['objectType']}; "
+            "the skeleton must be an ObjectKinematicTree"
+        )
+    return item
 
 
 def _read_tree(item: dict, mbs: exu.MainSystem) -> Tree:

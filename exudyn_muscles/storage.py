@@ -132,6 +132,26 @@ class Storage:
         """
         return self._columns("actuator", names, CONTROL)
 
+    def vector(self, identifier: str) -> np.ndarray:
+        """The vector (k, 3) whose three columns begin with `identifier`, as in OpenSim.
+
+        Raises
+        ------
+        StorageError
+            Other than three columns begin with it, or what follows is not in order, such as x, y, z
+            or 1, 2, 3; tells which columns there are.
+        """
+        found = [k for k, label in enumerate(self.labels) if label.startswith(identifier)]
+        named = [self.labels[k] for k in found]
+        if not identifier or len(found) != 3:
+            raise StorageError(
+                f"{len(found)} columns begin with '{identifier}', but a vector needs three; the "
+                f"columns are {', '.join(self.labels)}"
+            )
+        if named != sorted(set(named)):
+            raise StorageError(f"the columns of '{identifier}' are not in order: {named}")
+        return self.values[:, found]
+
     def _columns(self, noun: str, names: Sequence[str], spellings: Sequence[str]) -> np.ndarray:
         """The columns of these names as a new array."""
         columns = []

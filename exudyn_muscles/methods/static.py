@@ -13,6 +13,7 @@ import numpy as np
 
 from ..coupling import warn_of_unmet_torque
 from ..errors import FrozenBodiesWarning, warn
+from ..loads import check_external_forces
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..result import Counts, Recorder, Status, Trajectory
@@ -90,6 +91,7 @@ def static_optimization(
     times = motion.start + step * np.arange(steps + 1)
     q_d, v_d, a_d = motion(times)
     model.check_lengths(q_d)
+    check_external_forces(model.mbs, times[0], times[-1])
     muscles = MuscleOptimization(model, settings, counts)
     skeleton = model.skeleton
     if skeleton.others:

@@ -34,9 +34,9 @@ class Place(NamedTuple):
     link: int
     pose: np.ndarray
 
-    def at(self, position: np.ndarray) -> np.ndarray:
-        """A position of the frame in the link's frame (3,)."""
-        return self.pose[:3, :3] @ position + self.pose[:3, 3]
+    def at(self, positions: np.ndarray) -> np.ndarray:
+        """Positions of the frame (..., 3) in the link's frame."""
+        return positions @ self.pose[:3, :3].T + self.pose[:3, 3]
 
 
 @dataclass

@@ -164,8 +164,10 @@ class Element:
         return values
 
 
-def read_document(file: str | Path) -> Element:
-    """The `Model` of an `.osim` file.
+def read_document(file: str | Path, *tags: str) -> Element:
+    """The object that a file of OpenSim holds: the `Model` of an `.osim` file, or one of `tags`.
+
+    Old files of other objects lack the `OpenSimDocument` around them.
 
     Raises
     ------
@@ -177,12 +179,15 @@ def read_document(file: str | Path) -> Element:
         raise ModelFileError(f"{file}: larger than {LARGEST:g} bytes")
     root = _parsed(str(file), Path(file).read_bytes())
     document = root.children[0]
+    if document.tag in tags:
+        return document
     if document.tag != "OpenSimDocument":
-        raise document.error("this is not a model file of OpenSim 2 to 4")
+        what = " or ".join(tags) or "model"
+        raise document.error(f"this is not a {what} file of OpenSim 2 to 4")
     version = document.name
     if not version.isdecimal() or not OLDEST <= int(version) < NEWEST:
         raise document.error(f"format version '{version}' is not one of OpenSim 2 to 4")
-    return document.get("Model")
+    return document.get(*(tags or ("Model",)))
 
 
 def _parsed(file: str, data: bytes) -> Element:

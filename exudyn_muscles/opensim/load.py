@@ -9,11 +9,13 @@ import numpy as np
 from exudyn.utilities import RigidBodyInertia, TreeLink
 
 from ..errors import ParameterError
+from ..loads import ExternalForce, add_external_force
 from ..model import MusculoskeletalModel
 from ..path.followers import Follower, Followers
 from ..skeleton import JOINTS
 from .bodies import Bodies, Link
 from .document import read_document
+from .external_loads import read_external_loads
 from .joints import Coordinate
 from .muscles import CLASSES, read_muscle, read_reserve
 
@@ -27,7 +29,9 @@ HARMLESS = (
 REFUSED = ("ControllerSet", "ComponentSet", "components", "defaults")
 
 
-def load_model(file: str | Path) -> MusculoskeletalModel:
+def load_model(
+    file: str | Path, *, external_loads: str | Path | None = None
+) -> MusculoskeletalModel:
     """The musculoskeletal model of an `.osim` file of OpenSim 2 to 4, on a new Exudyn system.
 
     Bodies behind a weld join its parent's link, a joint with several coordinates becomes as many
@@ -39,12 +43,18 @@ def load_model(file: str | Path) -> MusculoskeletalModel:
     Parameters
     ----------
     file : str or Path
+    external_loads : str or Path, optional
+        File with `ExternalLoads`, whose forces become loads of the Exudyn system and with them part
+        of Q. A point given in ground is applied where the body is, as in OpenSim 4: an
+        `external_loads_model_kinematics_file` is ignored.
 
     Raises
     ------
     ModelFileError
-        The file is damaged, or holds what cannot be represented: names it and its place. Only what
-        is to be looked at, markers, probes, contact geometry and what is switched off are left out.
+        A file is damaged, or holds what cannot be represented: names it and its place. Only what is
+        to be looked at, markers, probes, contact geometry and what is switched off are left out.
+    StorageError
+        The external loads' data file is damaged.
     FileNotFoundError
     """
     model = read_document(file)
@@ -67,10 +77,11 @@ def load_model(file: str | Path) -> MusculoskeletalModel:
         else:
             force.refuse()
     gravity = model.vector("gravity", default=(0.0, -9.80665, 0.0))
+    forces = [] if external_loads is None else read_external_loads(external_loads, bodies)
     names = [link.name for link in bodies.links]
     followers = [link.follows for link in bodies.links if link.follows is not None]
     try:
-        mbs, tree = _build(bodies.links, followers, gravity)
+        mbs, tree = _build(bodies.links, followers, gravity, forces)
         return MusculoskeletalModel(
             mbs, tree, muscles, coordinates=names, followers=followers, reserves=reserves
         )
@@ -101,7 +112,10 @@ def _start(links: list[Link], followers: list[Follower]) -> tuple[np.ndarray, np
 
 
 def _build(
-    links: list[Link], followers: list[Follower], gravity: np.ndarray
+    links: list[Link],
+    followers: list[Follower],
+    gravity: np.ndarray,
+    forces: list[ExternalForce],
 ) -> tuple[exu.MainSystem, int]:
     """The assembled system and its tree."""
     q, v = _start(links, followers)
@@ -121,6 +135,8 @@ def _build(
         initialCoordinates_t=v,
         gravity=gravity,
     )
+    for force in forces:
+        add_external_force(mbs, tree, force)
     mbs.Assemble()
     return mbs, tree
 
