@@ -26,7 +26,7 @@ from .errors import (
     WrappingError,
 )
 from .loads import ExternalForce, add_external_force
-from .methods.cmc import CMC, CMCPlugin, computed_muscle_control
+from .methods.cmc import CMC, CMCPlugin, Prediction, computed_muscle_control
 from .methods.control import RecruitmentSettings
 from .methods.cosimulation import (
     Cosimulation,
@@ -117,6 +117,7 @@ __all__ = [
     "PathWarning",
     "PathWrap",
     "PointActuator",
+    "Prediction",
     "Predictor",
     "ReachableMaximum",
     "RecruitmentError",

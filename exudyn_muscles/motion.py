@@ -78,6 +78,19 @@ class Motion:
         q, v, a = (curve(inside) for curve in self._curves)
         return q, v, a
 
+    def between(self, start: float, end: float) -> Motion:
+        """The same motion over a part of its span [s].
+
+        Raises
+        ------
+        MotionError
+            The part is empty or not within the span.
+        """
+        if not start < end:
+            raise MotionError(f"a motion from {start:g} to {end:g} s is empty")
+        self([start, end])
+        return Motion(np.array([start, end]), self._curves[0])
+
     @classmethod
     def from_waypoints(
         cls,

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 
@@ -29,23 +30,39 @@ from .run import number_of_steps, simulate
 from .unified import UnifiedPlugin
 
 
+class Prediction(Enum):
+    """Where CMC takes the skeleton to be at a window's end.
+
+    DESIRED: where the motion is, as in the paper.
+    SHIFTED: off the motion by the errors at the window's start, as in OpenSim.
+    """
+
+    DESIRED = "desired"
+    SHIFTED = "shifted"
+
+
 @dataclass(frozen=True, kw_only=True)
 class CMC(TrackingSettings):
     """Settings of `computed_muscle_control` and `CMCPlugin`.
 
     Parameters
     ----------
+    prediction : Prediction
+        The state at the window's end for which torques, force limits and excitations are found.
     window : float
         Length of the windows with held excitations [s].
     step : float
         Step of skeleton and muscles [s]; with the plugin, Exudyn's settings decide.
     """
 
+    prediction: Prediction = Prediction.DESIRED
     window: float = 0.01
     step: float = 0.001
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if not isinstance(self.prediction, Prediction):
+            raise ParameterError(f"prediction = {self.prediction!r} is not a Prediction")
         check_step("window", self.window)
         check_step("step", self.step)
         steps = self.window / self.step
@@ -154,11 +171,14 @@ class CMCPlugin(UnifiedPlugin):
         t_1 = min(t_0 + self.settings.window, self.motion.end)
         q, v, _ = skeleton.start
         a_cmc = tracking.acceleration(t_1, t_0, q, v)  # (12)
-        q_d, v_d, _ = tracking.desired(t_1)
-        M, bias = skeleton.dynamics_ahead(q_d, v_d, t_1)
+        q_1, v_1, _ = tracking.desired(t_1)
+        if self.settings.prediction is Prediction.SHIFTED:
+            q_d, v_d, _ = tracking.desired(t_0)
+            q_1, v_1 = q_1 + (q - q_d), v_1 + (v - v_d)
+        M, bias = skeleton.dynamics_ahead(q_1, v_1, t_1)
         Q_m = M @ a_cmc + bias  # (14) with the sign of (6)
         self._muscles.open(self.a, self.l_t, self.geometry, t_0, t_1)
-        self._muscles.recruit(self.model.geometry(q_d, v_d), Q_m)
+        self._muscles.recruit(self.model.geometry(q_1, v_1), Q_m)
         self._held = self._muscles.excite(t_1).excitation
         self._window_end = t_1
         self.begin_window(t_0, t_1, self._muscles.reserve, self._muscles.row)

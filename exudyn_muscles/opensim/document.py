@@ -106,13 +106,18 @@ class Element:
     def items(self, tag: str) -> list[Element]:
         """The members of the set `tag`, if there is one."""
         found = self.find(tag)
-        if found is None:
-            return []
-        objects = found.find("objects")
+        return [] if found is None else found.members()
+
+    def members(self) -> list[Element]:
+        """The members of this set; defaults of what they leave out are refused."""
+        defaults = self.find("defaults")
+        if defaults is not None and defaults.children:
+            defaults.refuse()
+        objects = self.find("objects")
         if objects is not None:
-            found.allow("objects")
+            self.allow("objects", "defaults")
             return list(objects.children)
-        return [member for member in found.children if member.tag != "groups"]
+        return [member for member in self.children if member.tag not in ("groups", "defaults")]
 
     def object(self, tag: str) -> Element:
         """The object that is the property `tag`: in an element of that tag, or of that name."""

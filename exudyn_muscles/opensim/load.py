@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 
 import exudyn as exu
@@ -13,11 +15,12 @@ from ..loads import ExternalForce, add_external_force
 from ..model import MusculoskeletalModel
 from ..path.followers import Follower, Followers
 from ..skeleton import JOINTS
+from .actuators import ACTUATORS, read_actuator
 from .bodies import Bodies, Link
 from .document import read_document
 from .external_loads import read_external_loads
 from .joints import Coordinate
-from .muscles import CLASSES, read_muscle, read_reserve
+from .muscles import CLASSES, read_muscle
 
 TYPES = {number: joint for joint, number in JOINTS.items()}
 # What a model may hold, what of it does not matter, and what has to be empty or switched off.
@@ -30,7 +33,10 @@ REFUSED = ("ControllerSet", "ComponentSet", "components", "defaults")
 
 
 def load_model(
-    file: str | Path, *, external_loads: str | Path | None = None
+    file: str | Path,
+    *,
+    force_sets: Sequence[str | Path] = (),
+    external_loads: str | Path | None = None,
 ) -> MusculoskeletalModel:
     """The musculoskeletal model of an `.osim` file of OpenSim 2 to 4, on a new Exudyn system.
 
@@ -38,11 +44,13 @@ def load_model(
     links. Axes that are functions of a coordinate, and coordinates coupled to others, become
     followers. Coordinates have the file's names and OpenSim's values; a locked one is no coordinate
     but keeps its default value. The file's default pose is the system's initial state, in which
-    followers are where they belong. Coordinate actuators become reserves.
+    followers are where they belong. Coordinate, point and torque actuators become ideal ones.
 
     Parameters
     ----------
     file : str or Path
+    force_sets : sequence of str or Path
+        Files with more forces, as a `ForceSet` or `ActuatorSet`: reserves and residuals.
     external_loads : str or Path, optional
         File with `ExternalLoads`, whose forces become loads of the Exudyn system and with them part
         of Q. A point given in ground is applied where the body is, as in OpenSim 4: an
@@ -67,13 +75,14 @@ def load_model(
             if item.is_on:
                 item.refuse()
     muscles, reserves = [], []
-    for force in model.items("ForceSet"):
+    more = [read_document(each, "ForceSet", "ActuatorSet").members() for each in force_sets]
+    for force in chain(model.items("ForceSet"), *more):
         if not force.is_on:
             continue
         if force.tag in CLASSES:
             muscles.append(read_muscle(force, bodies))
-        elif force.tag == "CoordinateActuator":
-            reserves.append(read_reserve(force))
+        elif force.tag in ACTUATORS:
+            reserves.append(read_actuator(force, bodies))
         else:
             force.refuse()
     gravity = model.vector("gravity", default=(0.0, -9.80665, 0.0))

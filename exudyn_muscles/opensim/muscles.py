@@ -1,9 +1,8 @@
-"""Muscles with their paths and the surfaces that these wrap over, and ideal actuators."""
+"""Muscles with their paths and the surfaces that these wrap over."""
 
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping
 from operator import mul
 from typing import Any, NamedTuple
@@ -28,7 +27,6 @@ from ..muscle.laws.thelen_2003 import Thelen2003
 from ..muscle.parameters import RANGES, Muscle
 from ..path.points import BEYOND_RANGE, ConditionalPathPoint, MovingPathPoint, PathPoint
 from ..path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapSurface
-from ..recruitment.actuators import Reserve
 from .bodies import Bodies, Place, pose
 from .document import Element
 from .functions import Line, as_curve, read_function
@@ -182,22 +180,6 @@ def _check_controls(element: Element, minimum: float) -> None:
         raise element.get("min_control").error(f"more than the minimum activation {minimum:g}")
     if element.number("max_control", 1.0, infinite=True) < 1.0:
         raise element.get("max_control").error("less than 1")
-
-
-def read_reserve(element: Element) -> Reserve:
-    """An ideal actuator on a coordinate."""
-    element.allow(
-        "appliesForce", "isDisabled", "min_control", "max_control", "coordinate", "optimal_force"
-    )
-    try:
-        return Reserve(
-            element.word("coordinate"),
-            element.number("optimal_force", 1.0),
-            element.number("min_control", -math.inf, infinite=True),
-            element.number("max_control", math.inf, infinite=True),
-        )
-    except ParameterError as error:
-        raise element.error(str(error)) from None
 
 
 # Paths.

@@ -1,0 +1,191 @@
+"""Set-up files of OpenSim's CMC tool."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+from ..errors import MotionError, ParameterError
+from ..methods.cmc import CMC, Prediction
+from ..methods.control import TrackingSettings
+from ..methods.cosimulation import Cosimulation, Scheme
+from ..model import MusculoskeletalModel
+from ..motion import LowPass, Motion
+from ..muscle.window import Integrator
+from ..recruitment.actuators import actuator_names
+from ..recruitment.limits import ControlLimits
+from ..recruitment.normalizers import MaximumIsometricForce, RigidTendonForce
+from .controls import MAXIMUM, MINIMUM, read_controls
+from .document import Element, read_document
+from .load import load_model
+from .tasks import Task, read_tasks
+
+# How OpenSim integrates, optimizes and prints; start-up; analyses, which only report.
+WITHOUT_INFLUENCE = (
+    "output_precision", "solve_for_equilibrium_for_auxiliary_states",
+    "maximum_number_of_integrator_steps", "maximum_integrator_step_size",
+    "minimum_integrator_step_size", "integrator_error_tolerance", "AnalysisSet",
+    "optimizer_algorithm", "numerical_derivative_step_size",
+    "optimization_convergence_tolerance", "optimizer_max_iterations", "optimizer_print_level",
+    "use_verbose_printing", "use_curvature_filter", "replace_force_set",
+)  # fmt: skip
+READ = (
+    "model_file", "force_set_files", "results_directory", "initial_time", "final_time",
+    "external_loads_file", "desired_kinematics_file", "task_set_file", "constraints_file",
+    "lowpass_cutoff_frequency", "cmc_time_window", "use_fast_optimization_target",
+)  # fmt: skip
+# Have to be empty.
+REFUSED = (
+    "ControllerSet", "desired_points_file", "rra_controls_file", "actuators_to_exclude",
+)  # fmt: skip
+STEPS = 10  # of skeleton and muscles in a window
+
+
+@dataclass(frozen=True, eq=False)
+class CMCSetup:
+    """What a set-up file of OpenSim's CMC tool asks for.
+
+    Attributes
+    ----------
+    name : str
+    model : MusculoskeletalModel
+        With reserves, residuals and external loads.
+    motion : Motion
+        The desired kinematics over the set-up's span.
+    settings : CMC
+        Of `computed_muscle_control`.
+    results_directory : Path
+    """
+
+    name: str
+    model: MusculoskeletalModel
+    motion: Motion
+    settings: CMC
+    results_directory: Path
+
+    def cosimulation(self, scheme: Scheme = Scheme.FULL) -> Cosimulation:
+        """The same settings for `cosimulate`, with the window as the step."""
+        common = {item.name: getattr(self.settings, item.name) for item in fields(TrackingSettings)}
+        return Cosimulation(scheme=scheme, step=self.settings.window, **common)
+
+
+def load_setup(
+    file: str | Path, *, initial_time: float | None = None, final_time: float | None = None
+) -> CMCSetup:
+    """Read a set-up file of OpenSim's CMC tool with all the files that it names.
+
+    The fast optimization target becomes `RigidTendonForce`, the slow one `MaximumIsometricForce`;
+    either way the demanded torques are met as long as they are within reach. Excitations have
+    OpenSim's limits [0.02, 1] if there is no file of control constraints. Windows are predicted
+    as in OpenSim, muscles integrated by the Rosenbrock method.
+
+    Parameters
+    ----------
+    file : str or Path
+        Other files are looked for from its folder.
+    initial_time, final_time : float, optional
+        The span [s] in place of the file's.
+
+    Raises
+    ------
+    ModelFileError
+        A file is damaged, holds what cannot be represented, or names what there is not.
+    StorageError, MotionError
+        The desired kinematics cannot be used.
+    FileNotFoundError
+    """
+    tool = read_document(file, "CMCTool")
+    tool.allow(*READ, *WITHOUT_INFLUENCE, *REFUSED)
+    for tag in REFUSED:
+        found = tool.find(tag)
+        if found is not None and (found.text or found.members()):
+            found.refuse()
+    if tool.flag("replace_force_set"):
+        raise tool.get("replace_force_set").error("without the model's own forces nothing is left")
+    more = tool.find("force_set_files")
+    loads = tool.word("external_loads_file", default="")
+    model = load_model(
+        _file(tool, "model_file"),
+        force_sets=[_beside(more, name) for name in more.text.split()] if more is not None else (),
+        external_loads=_file(tool, "external_loads_file") if loads else None,
+    )
+    tasks = _tasks(tool, model)
+    window = tool.number("cmc_time_window", 0.01)
+    fast = tool.flag("use_fast_optimization_target", True)
+    try:
+        settings = CMC(
+            window=window,
+            step=window / STEPS,
+            prediction=Prediction.DESIRED,
+            normalizer=RigidTendonForce() if fast else MaximumIsometricForce(),
+            integrator=Integrator.ROSENBROCK,
+            control_limits=_limits(tool, model),
+            kp=[task.kp for task in tasks],
+            kv=[task.kv for task in tasks],
+            tracking_weights=[task.weight for task in tasks],
+        )
+    except ParameterError as error:
+        raise tool.error(str(error)) from None
+    return CMCSetup(
+        tool.name,
+        model,
+        _motion(tool, model, initial_time, final_time),
+        settings,
+        Path(file).parent / tool.word("results_directory", default="."),
+    )
+
+
+def _beside(element: Element, name: str) -> Path:
+    """A file that an element names, from the folder of its own."""
+    path = Path(element.file).parent / name.replace("\\", "/")
+    if not path.is_file():
+        raise element.error(f"there is no file {path}")
+    return path
+
+
+def _file(tool: Element, tag: str) -> Path:
+    return _beside(tool.get(tag), tool.word(tag))
+
+
+def _tasks(tool: Element, model: MusculoskeletalModel) -> list[Task]:
+    """One for each coordinate."""
+    tasks = read_tasks(_file(tool, "task_set_file"))
+    for name, task in tasks.items():
+        if name not in model.coordinates:
+            raise task.element.error(
+                f"'{name}' cannot be tracked: the model's independent coordinates are "
+                f"{', '.join(model.coordinates)}"
+            )
+    missing = [name for name in model.coordinates if name not in tasks]
+    if missing:
+        raise tool.get("task_set_file").error(f"no task tracks {', '.join(missing)}")
+    return [tasks[name] for name in model.coordinates]
+
+
+def _limits(tool: Element, model: MusculoskeletalModel) -> dict[str, ControlLimits]:
+    """Of muscles, as OpenSim has them by default, and of the file's controls."""
+    muscles = model.muscles.names
+    limits = {name: ControlLimits(MINIMUM, MAXIMUM) for name in muscles}
+    if tool.word("constraints_file", default=""):
+        names = [*muscles, *actuator_names(model.reserves)]
+        limits |= read_controls(_file(tool, "constraints_file"), names)
+    return limits
+
+
+def _motion(
+    tool: Element, model: MusculoskeletalModel, start: float | None, end: float | None
+) -> Motion:
+    cutoff = tool.number("lowpass_cutoff_frequency", -1.0)
+    motion = Motion.from_file(
+        _file(tool, "desired_kinematics_file"),
+        model.coordinates,
+        model.skeleton.units,
+        cutoff=cutoff if cutoff > 0.0 else None,
+        low_pass=LowPass.OPENSIM,
+    )
+    start = tool.number("initial_time", motion.start) if start is None else start
+    end = tool.number("final_time", motion.end) if end is None else end
+    try:
+        return motion.between(start, end)
+    except MotionError as error:
+        raise tool.error(str(error)) from None
