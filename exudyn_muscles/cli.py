@@ -1,4 +1,4 @@
-"""The command line: `exudyn-muscles run`, `compare`, `check` and `curves`.
+"""The command line: `exudyn-muscles run`, `cmc`, `compare`, `check` and `curves`.
 
 Angles are in degrees here and nowhere else in the package.
 """
@@ -73,7 +73,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(arguments: argparse.Namespace) -> int:
     method = arguments.method
     _refuse_foreign_options(arguments)
-    out = _folder(arguments.out)
+    out = arguments.out and _folder(arguments.out)
     _announce()
     model, motion = load_model(arguments.model, arguments.motion, arguments.cutoff)
     usual_step = STEP / CMC_STEPS if method == "cmc" else STEP
@@ -90,26 +90,38 @@ def _run(arguments: argparse.Namespace) -> int:
 
     print(_summary(arguments.model.stem, trajectory, model))
     if out is not None:
-        path = out / f"{arguments.model.stem}_{method}"
-        _save(trajectory, path.with_suffix(".npz"))
-        if arguments.sto:
-            from .storage import write_results
+        _write(trajectory, model, out / f"{arguments.model.stem}_{method}", arguments.sto)
+    return _finish(trajectory)
 
-            for file in write_results(trajectory, path, model.reserves):
-                print(f"wrote {file}")
-        from . import plot
 
-        draw: list[Callable] = [plot.forces, plot.activations, plot.excitations]
-        if method != "static":
-            draw.append(plot.tracking_errors)
-        for function in draw:
-            file = path.with_name(f"{path.name}_{function.__name__}.png")
-            _save_figure(function, (trajectory,), file)
+def _cmc(arguments: argparse.Namespace) -> int:
+    from . import opensim
+    from .methods.cmc import computed_muscle_control
+    from .methods.cosimulation import Scheme, cosimulate
+
+    _announce()
+    setup = opensim.load_setup(
+        arguments.model,
+        initial_time=arguments.initial_time,
+        final_time=arguments.final_time,
+    )
+    out = arguments.out = _folder(arguments.out or setup.results_directory)
+    model, motion, method = setup.model, setup.motion, arguments.method
+    compute: Callable[..., Trajectory]
+    if method == "cmc":
+        compute = partial(computed_muscle_control, settings=setup.settings)
+    else:
+        compute = partial(cosimulate, settings=setup.cosimulation(Scheme(method)))
+    with _bar(arguments, METHODS[method], motion.end - motion.start, "s") as bar:
+        trajectory = compute(model, motion, progress=lambda t: bar.update(t - motion.start - bar.n))
+
+    print(_summary(setup.name, trajectory, model))
+    _write(trajectory, model, out / f"{setup.name}_{method}", sto=True)
     return _finish(trajectory)
 
 
 def _compare(arguments: argparse.Namespace) -> int:
-    out, step = _folder(arguments.out), arguments.step
+    out, step = arguments.out and _folder(arguments.out), arguments.step
     if arguments.json is not None:
         _folder(arguments.json.parent)
     _announce()
@@ -593,11 +605,28 @@ def _bar(arguments: argparse.Namespace, text: str, total: float, unit: str) -> t
 # Files.
 
 
-def _folder(path: Path | None) -> Path | None:
+def _folder(path: Path) -> Path:
     """Make a folder before the work begins, not after."""
-    if path is not None:
-        path.mkdir(parents=True, exist_ok=True)
+    path.mkdir(parents=True, exist_ok=True)
     return path
+
+
+def _write(trajectory: Trajectory, model: MusculoskeletalModel, path: Path, sto: bool) -> None:
+    """The result and its figures, as storage files too if wanted; `path` is how names begin."""
+    from . import plot
+
+    _save(trajectory, path.with_name(f"{path.name}.npz"))
+    if sto:
+        from .storage import write_results
+
+        for file in write_results(trajectory, path, model.reserves):
+            print(f"wrote {file}")
+    draw: list[Callable] = [plot.forces, plot.activations, plot.excitations]
+    if trajectory.method != "static":
+        draw.append(plot.tracking_errors)
+    for function in draw:
+        file = path.with_name(f"{path.name}_{function.__name__}.png")
+        _save_figure(function, (trajectory,), file)
 
 
 def _save(trajectory: Trajectory, file: Path) -> None:
@@ -744,6 +773,41 @@ def _parser() -> argparse.ArgumentParser:
         type=float,
         help="cmc, csf, css: velocity gain [1/s]; default 2 sqrt(kp), critical damping",
     )
+
+    cmc = command(
+        "cmc",
+        _cmc,
+        "run a CMC set-up file of OpenSim with CMC or co-simulation",
+        f"example: {PROGRAM} cmc arm26_Setup_CMC.xml --method csf --out out\n"
+        "writes out/arm26_csf.npz, OpenSim's .sto files (states, controls, kinematics in degrees,\n"
+        "forces, tracking errors) and figures; gains, window and span are the set-up's",
+    )
+    cmc.add_argument(
+        "model",
+        metavar="SETUP",
+        type=Path,
+        help="set-up file of OpenSim's CMC tool (.xml), with the files that it names",
+    )
+    cmc.add_argument(
+        "--method",
+        choices=["cmc", "csf", "css"],
+        default="cmc",
+        help="computed muscle control (default), full or simplified co-simulation",
+    )
+    for end in ("initial", "final"):
+        cmc.add_argument(
+            f"--{end}-time",
+            metavar="S",
+            type=float,
+            help=f"{end} time in place of the set-up's [s]",
+        )
+    cmc.add_argument(
+        "--out",
+        metavar="DIR",
+        type=Path,
+        help="folder for results, made if needed; default the set-up's results directory",
+    )
+    cmc.add_argument("--quiet", action="store_true", help="no progress bar")
 
     compare = command(
         "compare",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from ..errors import ParameterError
 from ..path.tree import GROUND
@@ -22,41 +23,47 @@ def read_actuator(element: Element, bodies: Bodies) -> Actuator:
     ModelFileError
         Something is damaged or cannot be represented; names it.
     """
-    common = {
+    common: dict[str, Any] = {
         "name": element.name,
         "optimal_force": element.number("optimal_force", 1.0),
         "min_control": element.number("min_control", -math.inf, infinite=True),
         "max_control": element.number("max_control", math.inf, infinite=True),
     }
-    read = {"PointActuator": _point_actuator, "TorqueActuator": _torque_actuator}
     try:
-        if element.tag in read:
-            return read[element.tag](element, bodies, common)
+        if element.tag == "PointActuator":
+            return _point_actuator(element, bodies, common)
+        if element.tag == "TorqueActuator":
+            return _torque_actuator(element, bodies, common)
         element.allow(*COMMON, "coordinate")
         return Reserve(element.word("coordinate"), **common)
     except ParameterError as error:
         raise element.error(str(error)) from None
 
 
-def _point_actuator(element: Element, bodies: Bodies, common: dict) -> PointActuator:
+def _point_actuator(element: Element, bodies: Bodies, common: dict[str, Any]) -> PointActuator:
     element.allow(*COMMON, "body", "point", "point_is_global", "direction", "force_is_global")
     place = bodies.place(element.get("body"))
     if place.link == GROUND:
         raise element.get("body").error("ground does not move")
-    point, direction = element.vector("point", default=(0, 0, 0)), element.vector("direction")
+    point = element.vector("point", default=(0, 0, 0))
+    direction = element.vector("direction")
     point_is_global = element.flag("point_is_global")
     force_is_global = element.flag("force_is_global")
+    if not point_is_global:
+        point = place.at(point)
+    if not force_is_global:
+        direction = place.pose[:3, :3] @ direction
     return PointActuator(
         link=place.link,
-        point=point if point_is_global else place.at(point),
-        direction=direction if force_is_global else place.pose[:3, :3] @ direction,
+        point=point.tolist(),
+        direction=direction.tolist(),
         point_is_global=point_is_global,
         force_is_global=force_is_global,
         **common,
     )
 
 
-def _torque_actuator(element: Element, bodies: Bodies, common: dict) -> TorqueActuator:
+def _torque_actuator(element: Element, bodies: Bodies, common: dict[str, Any]) -> TorqueActuator:
     element.allow(*COMMON, "bodyA", "bodyB", "torque_is_global", "axis")
     place = bodies.place(element.get("bodyA"))
     against = bodies.place(element.get("bodyB")).link if element.word("bodyB", default="") else -1

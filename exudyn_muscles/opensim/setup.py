@@ -127,7 +127,7 @@ def load_setup(
     except ParameterError as error:
         raise tool.error(str(error)) from None
     return CMCSetup(
-        tool.name,
+        tool.name or Path(file).stem,
         model,
         _motion(tool, model, initial_time, final_time),
         settings,
