@@ -69,6 +69,7 @@ def generalized_force(build, forces, states):
     for q, t in states:
         (M, plain), (M_loaded, loaded) = (model.dynamics_at(q, 0.3 * q, t) for model in models)
         np.testing.assert_array_equal(M, M_loaded)
+        np.testing.assert_array_equal(models[1].dynamics_ahead(q, 0.3 * q, t)[1], loaded)
         found.append(plain - loaded)
     return np.array(found)
 
