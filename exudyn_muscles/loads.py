@@ -260,24 +260,23 @@ class _Acting:
 
     def torque(self, mbs: exu.MainSystem, t: float, _: Vector) -> Vector:
         """T in ground, for Exudyn."""
-        load, sample = self.external_force, self._sample(t)
-        if sample is NOTHING:
-            return sample[:3]
-        x, y, z = self._turned(mbs, sample[6:])
-        if load.point is None:
-            return [x, y, z]
-        arm: Vector = sample[3:6]
-        if load.point_expressed_in != GROUND:
-            arm = _rotated(_rotation(mbs, self.markers[load.point_expressed_in]), arm)
-        a, b, c = arm
-        if load.point_expressed_in != load.link:
-            o, p, q = _position(mbs, self.markers[load.link])
-            a, b, c = a - o, b - p, c - q
-            if load.point_expressed_in != GROUND:
-                o, p, q = _position(mbs, self.markers[load.point_expressed_in])
-                a, b, c = a + o, b + p, c + q
-        u, v, w = self._turned(mbs, sample[:3])
-        return [x + b * w - c * v, y + c * u - a * w, z + a * v - b * u]
+        sample = self._sample(t)
+        tau = self._turned(mbs, sample[6:])
+        if self.external_force.point is None or sample is NOTHING:
+            return tau
+        return _sum(tau, _cross(self._arm(mbs, sample[3:6]), self._turned(mbs, sample[:3])))
+
+    def _arm(self, mbs: exu.MainSystem, point: Vector) -> Vector:
+        """From the origin of the link's frame to a recorded point, in ground."""
+        link, frame = self.external_force.link, self.external_force.point_expressed_in
+        arm = point
+        if frame != GROUND:
+            arm = _rotated(_rotation(mbs, self.markers[frame]), arm)
+        if frame == link:
+            return arm
+        if frame != GROUND:
+            arm = _sum(arm, _position(mbs, self.markers[frame]))
+        return _difference(arm, _position(mbs, self.markers[link]))
 
     def _turned(self, mbs: exu.MainSystem, vector: Vector) -> Vector:
         """A recorded force or torque in ground."""
@@ -323,10 +322,24 @@ def _rotation(mbs: exu.MainSystem, marker: int) -> Vector:
     return mbs.GetMarkerOutput(marker, exu.OutputVariableType.RotationMatrix).tolist()
 
 
-def _rotated(R: Vector, vector: Vector) -> Vector:
-    a, b, c = vector
+# On lists of three numbers, for which NumPy takes ten times as long.
+
+
+def _rotated(R: Vector, a: Vector) -> Vector:
     return [
-        R[0] * a + R[1] * b + R[2] * c,
-        R[3] * a + R[4] * b + R[5] * c,
-        R[6] * a + R[7] * b + R[8] * c,
+        R[0] * a[0] + R[1] * a[1] + R[2] * a[2],
+        R[3] * a[0] + R[4] * a[1] + R[5] * a[2],
+        R[6] * a[0] + R[7] * a[1] + R[8] * a[2],
     ]
+
+
+def _cross(a: Vector, b: Vector) -> Vector:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def _sum(a: Vector, b: Vector) -> Vector:
+    return [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+
+
+def _difference(a: Vector, b: Vector) -> Vector:
+    return [a[0] - b[0], a[1] - b[1], a[2] - b[2]]

@@ -141,9 +141,11 @@ class Storage:
             Other than three columns begin with it, or what follows is not in order, such as x, y, z
             or 1, 2, 3; tells which columns there are.
         """
-        found = [k for k, label in enumerate(self.labels) if label.startswith(identifier)]
+        found = [
+            k for k, label in enumerate(self.labels) if identifier and label.startswith(identifier)
+        ]
         named = [self.labels[k] for k in found]
-        if not identifier or len(found) != 3:
+        if len(found) != 3:
             raise StorageError(
                 f"{len(found)} columns begin with '{identifier}', but a vector needs three; the "
                 f"columns are {', '.join(self.labels)}"

@@ -179,6 +179,40 @@ def test_a_state_written_before_the_residual_is_the_one_that_counts():
     assert mbs.sys["dynamicSolver"].it.newtonStepsCount == 1  # the residual was zero
 
 
+@pytest.mark.parametrize("solver", [TRAPEZOIDAL, GENERALIZED_ALPHA])
+def test_loads_are_asked_once_a_residual_at_the_iterate(solver):
+    """Its time and its pose; before that at the start, for the initial accelerations."""
+    mbs, tree = pendulum()
+    marker = mbs.AddMarker(
+        exu.itemInterface.MarkerKinematicTreeRigid(objectNumber=tree, linkNumber=0)
+    )
+    log = []
+
+    def force(mbs, t, _):
+        q = mbs.systemData.GetODE2Coordinates()[0]
+        R = mbs.GetMarkerOutput(marker, exu.OutputVariableType.RotationMatrix)
+        assert t == mbs.systemData.GetTime()
+        assert R[[0, 3]] == pytest.approx([np.cos(q), np.sin(q)], abs=1e-15)
+        log.append((t, q))
+        return [0.0, 3.0, 0.0]
+
+    load = mbs.AddLoad(
+        exu.itemInterface.LoadForceVector(
+            markerNumber=marker, loadVector=[0.0, 0.0, 0.0], loadVectorUserFunction=force
+        )
+    )
+    mbs.Assemble()
+    assert mbs.GetLoad(load)["loadVectorUserFunction"]["function"] is force
+    iterates = []
+    mbs.SetPreNewtonResidualUserFunction(
+        lambda mbs, t, *_: iterates.append((t, mbs.systemData.GetODE2Coordinates()[0]))
+    )
+    run = settings(0.01, 0.54)
+    run.timeIntegration.startTime, run.timeIntegration.numberOfSteps = 0.5, 4
+    mbs.SolveDynamic(run, solverType=solver)
+    assert log == [(0.5, 0.5), *iterates] and len(iterates) >= 8
+
+
 def test_a_last_link_without_mass_has_no_finite_mass_matrix():
     mbs = exu.SystemContainer().AddSystem()
     massless = RigidBodyInertia(mass=0.0, inertiaTensor=np.zeros((3, 3)))

@@ -427,3 +427,18 @@ def test_nothing_desired_gives_no_errors(tmp_path):
     forward = em.forward_dynamics(pendulum.build(), em.Excitations([0.0, 0.02], [[0.3, 0.2]]))
     files = em.storage.write_results(forward, tmp_path / "free")
     assert [file.name for file in files][-1] == "free_Actuation_force.sto" and len(files) == 4
+
+
+def test_vectors_by_what_their_labels_begin_with():
+    stored = em.Storage(
+        "a", ["f1", "px", "f2", "py", "f3", "pz", "zz", "zx", "zy", "2_f1"], [0.0], [range(10)]
+    )
+    np.testing.assert_array_equal(stored.vector("f"), [[0.0, 2.0, 4.0]])
+    np.testing.assert_array_equal(stored.vector("p"), [[1.0, 3.0, 5.0]])
+    for identifier, message in (
+        ("f1", "1 columns begin with 'f1', but a vector needs three; the columns are f1, px"),
+        ("", "0 columns begin with ''"),
+        ("z", r"the columns of 'z' are not in order: \['zz', 'zx', 'zy'\]"),
+    ):
+        with pytest.raises(em.StorageError, match=message):
+            stored.vector(identifier)
