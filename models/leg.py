@@ -9,14 +9,12 @@ Sources
 -------
 Joints, paths, strengths and lengths of muscles: S. L. Delp, J. P. Loan, M. G. Hoy, F. E. Zajac, E.
 L. Topp, J. M. Rosen, "An interactive graphics-based model of the lower extremity to study
-orthopaedic surgical procedures", IEEE Trans. Biomed. Eng. 37 (1990) 757-767, for a man of 1.80 m,
-with the strengths and lengths of OpenSim's gait2392, adapted by D. G. Thelen, A. Seth, F. C.
-Anderson and S. L. Delp to F. C. Anderson, M. G. Pandy, "A dynamic optimization solution for
-vertical jumping in three dimensions", Comput. Methods Biomech. Biomed. Eng. 2 (1999) 201-231. Where
-several actuators are one here their strengths are added, all else is of the one named first in the
-table. The extensor of the toes lacks its 63 mm along the toes, in path and tendon. Where points
-come and go, beyond 45 deg of hip flexion and at 45 to 84 deg in the knee, lengths jump by 0.6 mm at
-most. 10 optimal fibre lengths/s: OpenSim.
+orthopaedic surgical procedures", IEEE Trans. Biomed. Eng. 37 (1990) 757-767, with the strengths and
+lengths that D. G. Thelen, A. Seth, F. C. Anderson and S. L. Delp gave it in OpenSim's gait2392,
+which is 1.8 m tall and weighs 75 kg. Where several actuators are one here their strengths are
+added, all else is of the one named first in the table. The extensor of the toes lacks its 63 mm
+along the toes, in path and tendon. Where points come and go, at 45 deg of hip flexion and at 45 to
+84 deg in the knee, lengths jump by 0.6 mm at most. 10 optimal fibre lengths/s: OpenSim.
 
 Knee: G. T. Yamaguchi, F. E. Zajac, "A planar model of the knee joint to characterize the knee
 extensor mechanism", J. Biomech. 22 (1989) 1-10, as in Delp et al.
