@@ -1,10 +1,10 @@
-"""Regression: all methods on both models against stored results."""
+"""Regression: all methods on all models against stored results."""
 
 import pytest
 
 import exudyn_muscles as em
 
-from .reference.make import FOLDER, results
+from .reference.make import FOLDER, MODELS, results
 
 METHODS = ("static", "cmc", "csf", "css", "forward")
 
@@ -14,7 +14,7 @@ def made():
     return results()
 
 
-@pytest.mark.parametrize("model", ["pendulum", "planar_arm"])
+@pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("method", METHODS)
 def test_the_result_is_the_stored_one(made, model, method):
     reference = em.Trajectory.load(FOLDER / f"{model}_{method}.npz")

@@ -1,4 +1,4 @@
-"""Make the stored results of all methods on both models anew:
+"""Make the stored results of all methods on all models anew:
 
     python -m tests.reference.make
 
@@ -10,16 +10,17 @@ integration, whose steps may differ by rounding, and agree to its tolerance of 1
 from pathlib import Path
 
 import exudyn_muscles as em
-from models import pendulum, planar_arm
+from models import leg, pendulum, planar_arm
 
 KP = 534.0  # the paper's gain, see the README
+MODELS = {"pendulum": pendulum, "planar_arm": planar_arm, "leg": leg}
 FOLDER = Path(__file__).parent
 
 
 def results():
     """Name -> trajectory of every method on every model."""
     made = {}
-    for name, source in (("pendulum", pendulum), ("planar_arm", planar_arm)):
+    for name, source in MODELS.items():
         model, motion = source.build(), source.motion()
         made[f"{name}_static"] = em.static_optimization(model, motion)
         made[f"{name}_cmc"] = em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP))
