@@ -195,6 +195,8 @@ def main():
     for folder in (FILES / CASES[name].folder for name in arguments.cases):
         if not folder.is_dir():
             parser.exit(2, f"OpenSim's CMC cases are not beside this repository: no {folder}\n")
+    if arguments.json is not None and not arguments.json.parent.is_dir():
+        parser.error(f"--json: no folder {arguments.json.parent}")
     found = {}
     for name in arguments.cases:
         case = CASES[name]
