@@ -177,7 +177,7 @@ def machine():
     packages = ("opensim", "exudyn_muscles", "exudyn", "numpy", "numba")
     return {
         "platform": platform.platform(),
-        "processor": platform.processor(),
+        "processor": platform.processor() or platform.machine(),
         "cores": os.cpu_count(),
         "python": platform.python_version(),
         "versions": {package: version(package) for package in packages},
