@@ -55,10 +55,11 @@ class MuscleOptimization:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """a, l_t (m,) and reserves (r,) of the steady state that serves `Q_m` best."""
         muscles, (u, self._ideal) = self._model.muscles, self._limits.at(t)
-        recruitment = self._optimize(geometry, Q_m, *steady_bounds(muscles, u, geometry.length))
+        l, v = geometry.length, geometry.lengthening_speed
+        recruitment = self._optimize(geometry, Q_m, *steady_bounds(muscles, u, l, v))
         self._check_met(recruitment, t)
         force, reserve = self._split(recruitment.force)
-        a, l_t = steady_state(muscles, u, force, geometry.length)
+        a, l_t = steady_state(muscles, u, force, l, v)
         record.start(t, reserve, recruitment.unmet)
         return a, l_t, reserve
 

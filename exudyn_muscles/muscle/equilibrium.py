@@ -29,20 +29,22 @@ def along_tendon(units, i, a, p, v):
 
 
 @kernel
-def balance(units, i, a, l, l_rate, p):
-    """Tendon minus fibre force along the tendon over F0 at the projection `p`; further the fibre
-    velocity [m/s] and the stiffnesses of tendon and fibre [F0/m].
+def moving_fiber(units, i, a, l, l_rate, p):
+    """Fibre force along the tendon over F0 at the projection `p`, the fibre velocity [m/s] and the
+    stiffnesses of tendon and fibre [F0/m].
 
     Of the unit's speed l' the fibre takes the share that its compliance at rest has in the unit's.
     """
-    f, k_t = tendon(units, i, l - p)
+    _, k_t = tendon(units, i, l - p)
     _, k_m, cos = along_tendon(units, i, a, p, 0.0)
     share = 0.0
-    if k_t > 0.0:
+    if units.table[i, RIGID]:
+        share = 1.0
+    elif k_t > 0.0:
         share = k_t / (k_t + max(k_m, 0.0))
     speed = share * l_rate * cos
     force, k_m, _ = along_tendon(units, i, a, p, speed / units.table[i, V_M])
-    return f - force, speed, k_t, k_m
+    return force, speed, k_t, k_m
 
 
 @kernel
@@ -54,7 +56,7 @@ def equilibrium_length(units, i, a, l, l_rate):
     high = max(l - SHORTEST_TENDON * units.table[i, L_TS], low)
     for _ in range(BISECTIONS):
         p = 0.5 * (low + high)
-        if balance(units, i, a, l, l_rate, p)[0] > 0.0:
+        if tendon(units, i, l - p)[0] > moving_fiber(units, i, a, l, l_rate, p)[0]:
             low = p
         else:
             high = p
@@ -71,25 +73,31 @@ def equilibria(units, a, l, l_rate, rows):
         F, _, _, stiffness, _ = tendon_force(units, i, a[i], l_t, l[i], l_rate[i])
         speed = l_rate[i] / per_cos
         if not units.table[i, RIGID]:
-            _, speed, k_t, k_m = balance(units, i, a[i], l[i], l_rate[i], p)
+            _, speed, k_t, k_m = moving_fiber(units, i, a[i], l[i], l_rate[i], p)
             stiffness = units.table[i, F_0] * k_t * k_m / (k_t + k_m) if k_t > 0.0 else 0.0
         rows[0, i], rows[1, i], rows[2, i], rows[3, i], rows[4, i] = F, l_t, l_m, speed, stiffness
 
 
 @kernel
-def steady_activations(units, F, l, a):
-    """Write activations (m,) whose static equilibrium is the force `F`, as far as allowed."""
+def steady_activations(units, F, l, l_rate, a):
+    """Write activations (m,) whose equilibrium in motion is the force `F`, as far as allowed, by
+    bisection."""
     for i in range(F.size):
         p = max(l[i] - tendon_length_at(units, i, F[i]), units.table[i, P_MIN])
-        l_m, per_cos, _ = fiber(units, i, p)
-        x = l_m * units.table[i, PER_L_M0]
-        passive = fiber_force(units, i, 0.0, x, 0.0)[0]
-        active = fiber_force(units, i, 1.0, x, 0.0)[0] - passive
-        wanted = F[i] * per_cos / units.table[i, F_0] - passive
-        a[i] = units.table[i, A_MIN]
+        wanted = F[i] / units.table[i, F_0]
+        low, high = units.table[i, A_MIN], 1.0
         # What the fibre cannot bear actively asks for no activation, or rounding would.
-        if wanted > a[i] * active + ROUNDING:
-            a[i] = min(wanted / active, 1.0)
+        if moving_fiber(units, i, low, l[i], l_rate[i], p)[0] >= wanted - ROUNDING:
+            high = low
+        elif moving_fiber(units, i, high, l[i], l_rate[i], p)[0] <= wanted:
+            low = high
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            if moving_fiber(units, i, middle, l[i], l_rate[i], p)[0] < wanted:
+                low = middle
+            else:
+                high = middle
+        a[i] = high
 
 
 @kernel

@@ -100,26 +100,29 @@ class ReachableForces:
 
 
 def steady_bounds(
-    muscles: MuscleSet, u: np.ndarray, l: np.ndarray
+    muscles: MuscleSet, u: np.ndarray, l: np.ndarray, v: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The start's bounds: steady forces (m,) [N] at the excitations `u` (2, m) with `l` held."""
-    low, high = (_steady(muscles, np.ascontiguousarray(row), l)[0] for row in u)
+    """The start's bounds: forces (m,) [N] of muscles that move steadily with the lengths `l`,
+    speeds `v` and activations `u` (2, m)."""
+    low, high = (_steady(muscles, np.ascontiguousarray(row), l, v)[0] for row in u)
     return np.maximum(low, 0.0), np.maximum(high, 0.0)
 
 
 def steady_state(
-    muscles: MuscleSet, u: np.ndarray, F: np.ndarray, l: np.ndarray
+    muscles: MuscleSet, u: np.ndarray, F: np.ndarray, l: np.ndarray, v: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Activations and tendon lengths (m,) of the steady state nearest to the forces `F`, with
+    """Activations and tendon lengths (m,) of the steady motion nearest to the forces `F`, with
     activations between the excitations `u` (2, m)."""
     a = np.empty(F.size)
-    steady_activations(muscles.units, F, l, a)
+    steady_activations(muscles.units, F, l, v, a)
     a = np.clip(a, *u)
-    return a, _steady(muscles, a, l)[1]
+    return a, _steady(muscles, a, l, v)[1]
 
 
-def _steady(muscles: MuscleSet, a: np.ndarray, l: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Forces and tendon lengths (m,) of resting muscles."""
+def _steady(
+    muscles: MuscleSet, a: np.ndarray, l: np.ndarray, v: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Forces and tendon lengths (m,) of muscles in equilibrium."""
     rows = np.empty((5, a.size))
-    equilibria(muscles.units, a, l, np.zeros(a.size), rows)
+    equilibria(muscles.units, a, l, v, rows)
     return rows[0], rows[1]

@@ -1,5 +1,7 @@
 """Computed muscle control on the pendulum and the arm."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -131,3 +133,106 @@ def test_reserves_replay_with_steps_that_straddle_the_windows(step):
 def test_bad_settings_are_named(name):
     with pytest.raises(em.ParameterError, match=f"{name} = -1"):
         em.CMC(**{name: -1})
+
+
+def test_a_start_in_the_middle_of_a_motion_is_no_worse_than_going_on():
+    """The muscles start in motion, so that the first windows are like any other."""
+    model, motion = planar_arm.build(), planar_arm.motion()
+    whole = em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP))
+    part = em.computed_muscle_control(model, motion.between(0.4, 1.0), settings=em.CMC(kp=KP))
+    again = em.forward_dynamics(model, part.excitations)
+    np.testing.assert_allclose(again.coordinates, part.coordinates, rtol=0, atol=1e-10)
+    errors = np.abs(part.tracking_errors()).max(axis=0)
+    assert (errors < 1.2 * np.abs(whole.tracking_errors()).max(axis=0)).all()
+
+
+def test_desired_prediction_tracks_better_than_the_shifted_one():
+    model, motion = planar_arm.build(), planar_arm.motion()
+    rms = {
+        prediction: em.computed_muscle_control(
+            model, motion, settings=em.CMC(kp=100.0, prediction=prediction)
+        ).tracking_error_rms()
+        for prediction in em.Prediction
+    }
+    assert (rms[em.Prediction.DESIRED] < 0.8 * rms[em.Prediction.SHIFTED]).all()
+    assert (rms[em.Prediction.SHIFTED] < 5e-3).all()
+
+
+def test_gains_of_every_coordinate():
+    """One number for all is the same to the bit; a softer elbow errs more, the shoulder alike."""
+    model, motion = planar_arm.build(), planar_arm.motion()
+    one = em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP))
+    same = em.computed_muscle_control(model, motion, settings=em.CMC(kp=[KP, KP]))
+    np.testing.assert_array_equal(one.coordinates, same.coordinates)
+    soft = em.computed_muscle_control(model, motion, settings=em.CMC(kp=[KP, 20.0]))
+    ratio = soft.tracking_error_rms() / one.tracking_error_rms()
+    assert ratio[1] > 2.0 > 1.3 > ratio[0]
+    assert soft.settings["kp"] == [KP, 20.0]
+    with pytest.raises(em.ParameterError, match="kp has 3 values for the 2 coordinates shoulder"):
+        em.computed_muscle_control(model, motion, settings=em.CMC(kp=[1.0, 2.0, 3.0]))
+    with pytest.raises(em.ParameterError, match=r"kv\[1\] = -1"):
+        em.CMC(kv=[1.0, -1.0])
+
+
+def test_control_limits_hold_over_time():
+    model, motion = planar_arm.build(), planar_arm.motion()
+    usual = em.CMC(kp=KP, normalizer=em.MaximumIsometricForce())
+    free = em.computed_muscle_control(model, motion, settings=usual).excitation_values
+    order = free.max(axis=0).argsort()
+    rested, strongest = order[0], order[-1]
+    names, end = model.muscles.names, 0.5 * free[:, strongest].max()
+    limits = {
+        names[rested]: em.ControlLimits(([0.0, 1.0], [0.05, 0.1]), 1.0),
+        names[strongest]: em.ControlLimits(0.0, ([0.0, 1.0], [end, 0.8 * end])),
+    }
+    limited = dataclasses.replace(usual, control_limits=limits)
+    held = em.computed_muscle_control(model, motion, settings=limited)
+    times, u = held.window_time[1:], held.excitation_values
+    low = np.array([limits[names[rested]].at(t)[0] for t in times])
+    high = np.array([limits[names[strongest]].at(t)[1] for t in times])
+    assert (u[:, rested] > low - 1e-12).all() and (u[:, rested] < low + 1e-12).any()
+    assert (u[:, strongest] < high + 1e-12).all() and (u[:, strongest] > high - 1e-12).any()
+    assert (free[:, rested] < low).any() and (free[:, strongest] > high).any()
+
+
+def test_weights_spare_a_muscle():
+    model, motion = planar_arm.build(), planar_arm.motion()
+    plain = em.static_optimization(model, motion)
+    spared = em.static_optimization(
+        model, motion, settings=em.Static(weights={"shoulder_flexor": 25.0})
+    )
+    i = model.muscles.names.index("shoulder_flexor")
+    active = plain.force_optimal[:, i] > plain.force_min[:, i] + 5.0
+    assert active.any()
+    assert (spared.force_optimal[active, i] < 0.6 * plain.force_optimal[active, i]).all()
+    np.testing.assert_allclose(spared.torques_delivered, plain.torques_delivered, atol=1e-6)
+    with pytest.raises(
+        em.ParameterError, match="weights of 'toe': the muscles are shoulder_flexor"
+    ):
+        em.static_optimization(model, motion, settings=em.Static(weights={"toe": 1.0}))
+
+
+def test_forces_on_links_act_in_the_run_as_in_the_recruitment():
+    """An arm whose muscles get help from a force at the hand: it tracks, and the replay agrees."""
+    arm, motion = planar_arm.build(), planar_arm.motion()
+    residual = em.PointActuator(
+        "hand", link=1, point=[0.0, -planar_arm.FOREARM_LENGTH, 0.0], direction=[1.0, 0.0, 0.0],
+        force_is_global=True, optimal_force=50.0,
+    )  # fmt: skip
+    model = em.MusculoskeletalModel(
+        arm.mbs, 0, list(arm.muscles), coordinates=["shoulder", "elbow"], reserves=[residual]
+    )
+    cmc = em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP))
+    assert np.abs(cmc.reserves).max() > 5.0
+    assert cmc.reserve_names == ("hand",)
+    assert (rms_deg(cmc) < 0.1).all()
+    replay = em.forward_dynamics(model, cmc.excitations)
+    np.testing.assert_allclose(replay.coordinates, cmc.coordinates, rtol=0, atol=1e-10)
+    csf = em.cosimulate(model, motion, settings=em.Cosimulation(kp=KP))
+    assert (rms_deg(csf) < 0.05).all()
+    np.testing.assert_allclose(csf.reserves[::20], cmc.reserves[::20], atol=0.5)
+    # J_m F and S f are what the skeleton got.
+    k = 50
+    geometry = model.geometry(csf.coordinates[k], csf.speeds[k])
+    torque = geometry.moment_arms.T @ csf.tendon_forces[k] + geometry.columns @ csf.reserves[k]
+    np.testing.assert_allclose(torque, csf.torques_delivered[k], atol=1e-5)

@@ -266,26 +266,31 @@ def slack_unit(law):
 # -- the activation of a force --------------------------------------------------------------------
 
 
-def steady(muscles, F, l):
+def steady(muscles, F, l, v=0.0):
     a = np.empty(len(muscles))
-    steady_activations(muscles.units, F, l, a)
+    steady_activations(muscles.units, F, l, np.full(l.size, v), a)
     return a
 
 
 @EVERY_LAW
 @EITHER_TENDON
 def test_steady_activation_inverts_equilibrium(law, rigid):
-    @given(muscle=units(law, rigid), a=st.floats(0.02, 0.98), stretch=st.floats(0.5, 1.3))
+    @given(
+        muscle=units(law, rigid),
+        a=st.floats(0.02, 0.98),
+        stretch=st.floats(0.5, 1.3),
+        speed=st.just(0.0) | st.floats(-3.0, 3.0),
+    )
     @settings(max_examples=50)
-    def check(muscle, a, stretch):
+    def check(muscle, a, stretch, speed):
         muscles = em.MuscleSet([muscle])
-        l = np.array([length(muscle, stretch)])
-        found = em.equilibrium(muscles, [a], l)
-        if found.fiber_length[0] > 0.5 * muscle.optimal_fiber_length:
-            again = steady(muscles, found.force, l)
+        l, v = np.array([length(muscle, stretch)]), speed * muscle.optimal_fiber_length
+        found = em.equilibrium(muscles, [a], l, [v])
+        if found.fiber_length[0] > 0.5 * muscle.optimal_fiber_length and found.force[0] > 1.0:
+            again = steady(muscles, found.force, l, v)
             assert again[0] == pytest.approx(a, rel=1e-9)
             # And once more around: the state of the activation found is the same.
-            state = em.equilibrium(muscles, again, l)
+            state = em.equilibrium(muscles, again, l, [v])
             assert state.force[0] == pytest.approx(found.force[0], rel=1e-9)
             near = 1e-9 * muscle.tendon_slack_length
             assert state.tendon_length[0] == pytest.approx(found.tendon_length[0], abs=near)
