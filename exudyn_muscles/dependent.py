@@ -168,5 +168,5 @@ class DependentSkeleton(Skeleton):
         rows[self._free] = wanted
         # dq_d = R_d dz
         rows[self._tied, self.rows.start + self._tied] = 1.0
-        rows[np.ix_(self._tied, self.free)] = -R[self._tied]
+        rows[self._tied[:, None], self.free] = -R[self._tied]
         return rows

@@ -52,7 +52,7 @@ class MusculoskeletalModel:
     followers : tuple of Follower
     reserves : tuple of Reserve, PointActuator or TorqueActuator
     columns : callable
-        q (n,) -> S (n, r): what a unit of each ideal actuator is on every coordinate.
+        q (N,) -> S (N, r): what a unit of each ideal actuator is on every coordinate of the tree.
     geometry : callable
         (q, q'), each (n,) -> Geometry with l, l', r and S.
 
@@ -98,14 +98,13 @@ class MusculoskeletalModel:
         self.reserves = tuple(reserves)
         skeleton = self.skeleton
         self.columns = compile_columns(
-            self.reserves, skeleton.tree, skeleton.tree_coordinates, self.coordinates,
-            skeleton.followers,
-        )  # fmt: skip
+            self.reserves, skeleton.tree, skeleton.tree_coordinates, self.coordinates
+        )
         self.geometry = compile_geometry(skeleton.tree, self.paths)
-        if skeleton.followers is not None:
-            self.geometry = skeleton.followers.projected(self.geometry)
         if reserves:
             self.geometry = _with_columns(self.geometry, self.columns)
+        if skeleton.followers is not None:
+            self.geometry = skeleton.followers.projected(self.geometry)
         for i, name in enumerate(self.muscles.names):
             if not self.paths.crosses_a_joint(i):
                 warn(

@@ -101,7 +101,7 @@ def test_paths_that_touch_nothing_are_opensims(name, as_opensim_reads):
     for k in STATES:
         straight = table["npts"][k] == points
         found = model.geometry(table["q"][k], table["u"][k])
-        for values, theirs in zip(found, ("L", "V", "R"), strict=True):
+        for values, theirs in zip(found[:3], ("L", "V", "R"), strict=True):
             np.testing.assert_allclose(values[straight], table[theirs][k][straight], atol=1e-13)
 
 
@@ -194,7 +194,7 @@ def test_the_legs_paths_are_opensims(leg):
     for k, (q, v) in enumerate(leg.states()):
         found = leg.model.geometry(q, v)
         expected = leg.table["L"][k], leg.table["V"][k], leg.table["R"][k][:, leg.order]
-        for values, theirs in zip(found, expected, strict=True):
+        for values, theirs in zip(found[:3], expected, strict=True):
             np.testing.assert_allclose(values, theirs, rtol=0, atol=1e-13)
 
 
@@ -622,7 +622,7 @@ def test_actuators_of_coordinates_become_reserves_and_what_is_switched_off_is_le
     off = '<PointActuator name="p"><appliesForce>false</appliesForce></PointActuator>'
     uncoupled = COUPLER.format("<isEnforced>false</isEnforced>")
     model = em.opensim.load_model(write(forces=muscle() + actuator + off, rest=uncoupled))
-    assert model.reserves == (em.Reserve("angle", 5.0, -np.inf, 2.0),)
+    assert model.reserves == (em.Reserve("angle", 5.0, -np.inf, 2.0, name="r"),)
 
 
 def test_points_of_all_kinds_are_where_the_file_puts_them(write):

@@ -121,6 +121,10 @@ class UnifiedPlugin(Plugin):
         """Any step will do."""
 
     def open_step(self, t_0: float, t_1: float) -> None:
+        # Two iterations instead of six with the matrix of an earlier step; one coordinate needs
+        # hardly more than two either way.
+        if len(self.skeleton) > 1:
+            self.request_jacobian()
         u = self.controls(t_0, t_1)
         self._reserve_now = self._reserves_at(t_1)
         length, speed = self.geometry[:2]
@@ -139,10 +143,10 @@ class UnifiedPlugin(Plugin):
                 f"muscle '{self.model.muscles.names[failed]}': no step of {self.step:g} s from "
                 f"activation {self.a[failed]:.4g}, tendon length {self.l_t[failed]:.5g} m"
             )
-        torque = skeleton.reduced(self._torque) if self.dependent else self._torque
+        torque = self._torque
         if self._reserve_now.size:
-            return torque + self.model.columns(skeleton.q) @ self._reserve_now
-        return torque
+            torque = torque + self.model.columns(skeleton.tree_q) @ self._reserve_now
+        return skeleton.reduced(torque) if self.dependent else torque
 
     def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
         # dF/dq = -F_l r and dF/dq' = -F_v r; how r changes matters little within a step.

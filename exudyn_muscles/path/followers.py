@@ -156,8 +156,8 @@ class Followers:
 
         def of_independent(z: np.ndarray, v: np.ndarray) -> Geometry:
             (q, q_t, _), slopes = self.state(z, v, rest)
-            length, speed, r = geometry(q, q_t)[:3]
-            return Geometry(length, speed, r @ slopes.R)
+            length, speed, r, S = geometry(q, q_t)
+            return Geometry(length, speed, r @ slopes.R, slopes.R.T @ S if S.size else S)
 
         return of_independent
 

@@ -15,7 +15,6 @@ import numpy as np
 from ..checks import number_within
 from ..errors import ParameterError
 from ..kernel import kernel
-from ..path.followers import Followers
 from ..path.tree import GROUND, PRISMATIC, Tree, link_frames
 
 # Columns of the table of actuators: what, on which coordinate or link, against which link, and in
@@ -165,9 +164,8 @@ def compile_columns(
     tree: Tree,
     names: Sequence[str],
     coordinates: Sequence[str],
-    followers: Followers | None,
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """The function q (n,) -> S (n, r) of these actuators.
+    """The function q (N,) -> S (N, r) of these actuators.
 
     Parameters
     ----------
@@ -176,9 +174,7 @@ def compile_columns(
     names : sequence of str
         Of all N coordinates of the tree.
     coordinates : sequence of str
-        Of the n independent ones.
-    followers : Followers or None
-        None: all of the tree's are independent.
+        Of the independent ones, which alone have reserves.
 
     Raises
     ------
@@ -188,9 +184,8 @@ def compile_columns(
     table = np.array([_row(each, names, coordinates, len(tree)) for each in actuators])
     table = table.reshape(len(actuators), COLUMNS)
     if (table[:, KIND] == COORDINATE).all():
-        constant = np.zeros((len(coordinates), len(actuators)))
-        for k, each in enumerate(actuators):
-            constant[list(coordinates).index(each.coordinate), k] = 1.0  # type: ignore[union-attr]
+        constant = np.zeros((len(tree), len(actuators)))
+        constant[table[:, ON].astype(int), np.arange(len(actuators))] = 1.0
         constant.setflags(write=False)
         return lambda q: constant
 
@@ -204,15 +199,7 @@ def compile_columns(
         columns(tree.joints, tree.parents, R, p, axes, table, S)
         return S
 
-    if followers is None:
-        return of_tree
-    rest = np.zeros(len(coordinates))
-
-    def of_independent(z: np.ndarray) -> np.ndarray:
-        (q, _, _), slopes = followers.state(z, rest, rest)
-        return slopes.R.T @ of_tree(q)
-
-    return of_independent
+    return of_tree
 
 
 @kernel(allocates=True)

@@ -135,7 +135,7 @@ def test_followers_hand_the_force_on():
         model.skeleton.open()
         found.append(model.skeleton.dynamics_at(np.array([0.3, -0.8]), np.zeros(2), 0.0)[1])
         model.skeleton.close()
-    torque = model.columns(np.array([0.3, -0.8]))[:, 0] * SIZE
+    torque = model.geometry(np.array([0.3, -0.8]), np.zeros(2)).columns[:, 0] * SIZE
     assert np.abs(torque).min() > 1.0
     np.testing.assert_allclose(torque, found[0] - found[1], atol=1e-10)
 
