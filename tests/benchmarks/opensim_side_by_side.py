@@ -1,4 +1,5 @@
-"""OpenSim's CMC beside this package's CMC and CSF: the same model, motion, window and machine.
+"""OpenSim's CMC beside this package's CMC, with either prediction, and CSF: the same model, motion,
+window and machine.
 
     pip install -e ".[test,opensim]"    # or, beside the package, pip install opensim
     python -m tests.benchmarks.opensim_side_by_side [--cases NAME ...] [--json FILE]
@@ -16,6 +17,7 @@ each case and asserts nothing.
 """
 
 import argparse
+import dataclasses
 import importlib.util
 import json
 import os
@@ -141,6 +143,11 @@ def cmc(setup):
     return em.computed_muscle_control(setup.model, setup.motion, settings=setup.settings)
 
 
+def shifted(setup):
+    settings = dataclasses.replace(setup.settings, prediction=em.Prediction.SHIFTED)
+    return em.computed_muscle_control(setup.model, setup.motion, settings=settings)
+
+
 def csf(setup):
     settings = setup.cosimulation(em.Scheme.FULL)
     return em.cosimulate(setup.model, setup.motion, settings=settings)
@@ -152,7 +159,8 @@ def compare(case, folder):
     runs = {"OpenSim CMC": run_opensim(case, folder)}
     start, end = case.span
     setup = em.opensim.load_setup(folder / case.setup, initial_time=start, final_time=end)
-    return runs | {"CMC": run_ours(cmc, setup), "CSF": run_ours(csf, setup)}
+    ours = {"CMC": cmc, "CMC, shifted": shifted, "CSF": csf}
+    return runs | {label: run_ours(method, setup) for label, method in ours.items()}
 
 
 def table(runs):
