@@ -64,6 +64,17 @@ def test_recorded_motion(run):
     assert "difference from the stored result: None" in printed
 
 
+def test_help_for_weak_muscles(run):
+    variables, printed = run("07")
+    alone, helped = variables["alone"], variables["helped"]
+    assert alone.max_unmet_torque > 5.0 and "iliopsoas" in alone.unmet_torque_report()
+    assert helped.max_unmet_torque == 0.0
+    assert (np.abs(helped.reserves).max(axis=0) < 5.0).all()
+    late = helped.window_time[1:] > 0.5
+    i = helped.muscle_names.index("iliopsoas")
+    assert helped.excitation_values[~late, i].max() <= 0.8 and "everything met" in printed
+
+
 def test_a_law_of_your_own(run, tmp_path):
     variables, printed = run("06")
     assert np.degrees(variables["result"].tracking_error_rms()[0]) < 0.02
