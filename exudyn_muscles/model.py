@@ -16,7 +16,7 @@ from .muscle.parameters import Muscle, MuscleSet
 from .path.followers import Follower
 from .path.geometry import Geometry, compile_geometry, path_geometry
 from .path.points import collect_paths
-from .recruitment.actuators import Actuator, compile_columns
+from .recruitment.actuators import Actuator, actuator_names, compile_columns
 from .skeleton import Skeleton
 
 # With a stiff tendon a fibre of 2.5 optimal lengths would bear 400 times its isometric force.
@@ -96,6 +96,8 @@ class MusculoskeletalModel:
         )
         self.followers = tuple(followers)
         self.reserves = tuple(reserves)
+        for name in set(actuator_names(reserves)) & set(self.muscles.names):
+            raise ParameterError(f"reserves: '{name}' is the name of a muscle")
         skeleton = self.skeleton
         self.columns = compile_columns(
             self.reserves, skeleton.tree, skeleton.tree_coordinates, self.coordinates

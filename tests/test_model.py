@@ -108,6 +108,12 @@ def test_points_that_are_none(system):
         em.MusculoskeletalModel(*system, [bad])
 
 
+def test_reserve_called_like_a_muscle(system):
+    reserve = em.Reserve("q1", 1.0, name="a")
+    with pytest.raises(em.ParameterError, match="reserves: 'a' is the name of a muscle"):
+        em.MusculoskeletalModel(*system, [muscle("a", -1, 0)], reserves=[reserve])
+
+
 def test_reserve_on_no_coordinate(system):
     with pytest.raises(em.ParameterError, match=r"'toe': the coordinates are \['q0', 'q1', 'q2'\]"):
         em.MusculoskeletalModel(*system, [muscle("a", -1, 0)], reserves=[em.Reserve("toe", 1.0)])
