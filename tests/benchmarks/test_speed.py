@@ -6,7 +6,7 @@ pytest tests/benchmarks
 import pytest
 
 import exudyn_muscles as em
-from models import pendulum, planar_arm
+from models import leg, pendulum, planar_arm
 
 KP = 534.0
 METHODS = {
@@ -19,7 +19,9 @@ METHODS = {
 }
 
 
-@pytest.mark.parametrize("source", [pendulum, planar_arm], ids=["pendulum", "planar_arm"])
+@pytest.mark.parametrize(
+    "source", [pendulum, planar_arm, leg], ids=["pendulum", "planar_arm", "leg"]
+)
 @pytest.mark.parametrize("method", list(METHODS))
 def test_method(benchmark, source, method):
     """One second of motion."""
