@@ -26,11 +26,15 @@ if TYPE_CHECKING:
 
     from .model import MusculoskeletalModel
     from .motion import Motion
+    from .path.geometry import Geometry
     from .recruitment.actuators import Actuator
+
+# Muscles with less than this share of a coordinate's longest moment arm do not matter to it.
+SMALL_ARM = 1e-3
 
 PACKAGES = ("exudyn_muscles", "exudyn", "numpy", "scipy", "numba", "qpsolvers", "daqp", "osqp")
 FORMAT = "exudyn_muscles.Trajectory"
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 
 
 class Status(Enum):
@@ -236,6 +240,9 @@ class Trajectory:
         Reserve torques at the windows' ends [N m].
     start_unmet : (n,) ndarray
         Unmet torque of the recruitment at the start.
+    saturated : tuple of n tuples of str
+        For every coordinate that fell short, the muscles that could do no more for it where it did
+        most.
     coordinate_units : tuple of str
         rad or m.
     status, message
@@ -272,6 +279,7 @@ class Trajectory:
     force_max: np.ndarray
     reserves: np.ndarray
     start_unmet: np.ndarray
+    saturated: tuple[tuple[str, ...], ...]
     status: Status
     message: str
     counts: Counts
@@ -321,9 +329,7 @@ class Trajectory:
             if self.start_unmet[j]:
                 lines.append(f"{name}: {self.start_unmet[j]:.4g} short at the start")
             if short.any():
-                k = int(short.argmax())
-                full = self.force_optimal[k] >= self.force_max[k] * (1 - 1e-9)
-                names = [m for m, x in zip(self.muscle_names, full, strict=True) if x]
+                k, names = int(short.argmax()), self.saturated[j]
                 lines.append(
                     f"{name}: demand out of reach in {np.count_nonzero(short)} of {len(short)} "
                     f"windows, by up to {short[k]:.4g} at t = {self.window_time[k + 1]:.4g} s"
@@ -481,6 +487,7 @@ class Trajectory:
             header["counts"] = Counts(**header["counts"])
             for name in ("coordinate_names", "coordinate_units", "muscle_names", "reserve_names"):
                 header[name] = tuple(header[name])
+            header["saturated"] = tuple(map(tuple, header["saturated"]))
             trajectory = cls(**content, **header)
         except (TypeError, KeyError) as error:
             raise ResultFileError(f"{file}: damaged header ({error!r})") from error
@@ -593,6 +600,7 @@ class Recorder:
             force_max=high,
             reserves=np.array(self._reserves),
             start_unmet=self.start_unmet,
+            saturated=self._saturated(geometry, unmet, optimal, high),
             status=self.status,
             message=self.message,
             counts=dataclasses.replace(self._counts),
@@ -600,6 +608,26 @@ class Recorder:
             settings=_plain(self._settings),
             versions=dict(_versions()),
         )
+
+    def _saturated(
+        self, geometry: list[Geometry], unmet: np.ndarray, optimal: np.ndarray, high: np.ndarray
+    ) -> tuple[tuple[str, ...], ...]:
+        """Muscles at their limit whose arm would help, where each coordinate fell short most."""
+        found = []
+        for j, short in enumerate(unmet.T):
+            names: tuple[str, ...] = ()
+            if short.any():
+                k = int(np.abs(short).argmax())
+                at = min(
+                    int(np.searchsorted(self.time, self.window_time[k + 1] - 1e-9)),
+                    len(geometry) - 1,
+                )
+                arms = geometry[at].moment_arms[:, j] * np.sign(short[k])
+                full = optimal[k] >= high[k] * (1.0 - 1e-9)
+                helps = arms > SMALL_ARM * np.abs(arms).max()
+                names = tuple(np.array(self._model.muscles.names)[full & helps].tolist())
+            found.append(names)
+        return tuple(found)
 
 
 def _stacked(rows: list[tuple[np.ndarray, ...]], widths: tuple[int, ...]) -> list[np.ndarray]:

@@ -108,7 +108,7 @@ def test_another_version_is_refused(csf, tmp_path):
     header = json.loads(str(content.pop("header")))
     header["version"] = 99
     np.savez(tmp_path / "later.npz", header=json.dumps(header), **content)
-    with pytest.raises(em.ResultFileError, match=r"version 2, found .* version 99"):
+    with pytest.raises(em.ResultFileError, match=r"version 3, found .* version 99"):
         em.Trajectory.load(tmp_path / "later.npz")
 
 

@@ -1,5 +1,6 @@
 """Co-simulation on the pendulum and the arm: the paper's figures, orders, predictors, stability."""
 
+import dataclasses
 import warnings
 
 import numpy as np
@@ -230,3 +231,20 @@ def test_a_step_longer_than_the_motion(model):
     short = em.Motion.from_waypoints([0.0, 0.005], [np.pi, np.pi])
     with pytest.raises(em.ParameterError, match=r"step = 0\.01 s is longer than the span"):
         run(model, short)
+
+
+def test_the_report_names_the_muscles_that_could_do_no_more():
+    """Each of a coordinate's own: no elbow muscle for the shoulder, no extensor for a flexion."""
+    arm = planar_arm.build()
+    weak = [
+        dataclasses.replace(muscle, max_isometric_force=0.05 * muscle.max_isometric_force)
+        for muscle in arm.muscles
+    ]
+    model = em.MusculoskeletalModel(arm.mbs, 0, weak, coordinates=["shoulder", "elbow"])
+    with pytest.warns(em.UnmetTorqueWarning):
+        result = em.cosimulate(model, planar_arm.motion(), settings=em.Cosimulation(kp=KP))
+    shoulder, elbow = result.saturated
+    assert shoulder == ("shoulder_flexor", "biarticular_flexor")
+    assert elbow == ("elbow_flexor", "biarticular_flexor")
+    report = result.unmet_torque_report()
+    assert "where shoulder_flexor, biarticular_flexor pulled at most" in report
