@@ -72,7 +72,8 @@ class Motion:
         if not (low >= self.start - margin and high <= self.end + margin):
             worst = high if low >= self.start - margin else low
             raise MotionError(
-                f"the motion spans [{self.start:g}, {self.end:g}] s, asked for t = {worst:g} s"
+                f"the motion spans [{self.start:.10g}, {self.end:.10g}] s, asked for t = "
+                f"{worst:.10g} s"
             )
         inside = np.minimum(np.maximum(times, self.start), self.end)
         q, v, a = (curve(inside) for curve in self._curves)

@@ -6,50 +6,34 @@ import re
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 import exudyn_muscles as em
 from exudyn_muscles.opensim.bodies import Bodies
 from exudyn_muscles.opensim.document import read_document
 from exudyn_muscles.path.geometry import Geometry
-from exudyn_muscles.path.tree import link_frames
 
 from .differences import gradient
 from .opensim import REFERENCE, needs_opensim_files
+from .opensim_files import (
+    BODY,
+    BODY_POINT,
+    GROUND_POINT,
+    JOINT,
+    LOCKED,
+    PIN,
+    Loaded,
+    about,
+    along,
+    coordinates,
+    frame,
+    joint,
+    muscle,
+    write_model,
+)
 from .opensim_models import load, path_of, rebuilt
 
 BLOCKS = ["tug_of_war", "tug_of_war_millard", "twoMusclesOnBlock", "block_hanging_from_muscle"]
 STATES = range(20)
-
-
-class Loaded:
-    """A file as a model, with the poses of its bodies."""
-
-    def __init__(self, file):
-        self.model = em.opensim.load_model(file)
-        self.places = Bodies(read_document(file)).places
-
-    def pose(self, q, body):
-        """Rotation (3, 3) and position (3,) of a body."""
-        t, n = self.model.skeleton.tree, len(self.model.skeleton.tree_coordinates)
-        R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
-        link_frames(
-            t.joints, t.parents, t.rotations, t.offsets, t.base, t.reference,
-            self.model.state_of_tree(np.asarray(q, dtype=float))[0], R, p, axes,
-        )  # fmt: skip
-        link, H = self.places[f"/bodyset/{body}"]
-        if link < 0:
-            return H[:3, :3], H[:3, 3]
-        return R[link] @ H[:3, :3], p[link] + R[link] @ H[:3, 3]
-
-    def dynamics(self, q, v):
-        """M (n, n) and H - Q (n,)."""
-        skeleton = self.model.skeleton
-        skeleton.open()
-        try:
-            return skeleton.dynamics_at(np.asarray(q, float), np.asarray(v, float), 0.0)
-        finally:
-            skeleton.close()
 
 
 def reference(name):
@@ -252,75 +236,15 @@ def test_a_measured_step_is_tracked(old_leg):
 
 # -- Joints ---------------------------------------------------------------------------------------
 
-BODY = """
-<Body name="{name}"><mass>2.5</mass><mass_center>0.1 -0.2 0.05</mass_center>
-<inertia>0.04 0.05 0.06 0.003 -0.002 0.001</inertia>{inside}</Body>"""
-JOINT = """
-<{kind} name="joint"><socket_parent_frame>before</socket_parent_frame>
-<socket_child_frame>behind</socket_child_frame><coordinates>{coordinates}</coordinates><frames>
-<PhysicalOffsetFrame name="before"><socket_parent>/ground</socket_parent>
-<translation>0.1 0.2 0.3</translation><orientation>0.4 -0.5 0.6</orientation></PhysicalOffsetFrame>
-<PhysicalOffsetFrame name="behind"><socket_parent>/bodyset/body</socket_parent>
-<translation>-0.2 0.1 0.05</translation><orientation>-0.3 0.2 0.7</orientation>
-</PhysicalOffsetFrame></frames>{inside}</{kind}>"""
-MUSCLE = """
-<{kind} name="muscle"><GeometryPath><PathPointSet><objects>{points}</objects></PathPointSet>
-<PathWrapSet><objects>{wraps}</objects></PathWrapSet></GeometryPath>{inside}</{kind}>"""
-GROUND_POINT = """<PathPoint name="a"><socket_parent_frame>/ground</socket_parent_frame>
-<location>0.5 0.1 0</location></PathPoint>"""
-BODY_POINT = """<PathPoint name="b"><socket_parent_frame>/bodyset/body</socket_parent_frame>
-<location>0 0.1 0.2</location></PathPoint>"""
-DOCUMENT = """<?xml version="1.0"?>
-<OpenSimDocument Version="{version}"><Model name="model">{ground}
-<BodySet><objects>{bodies}</objects></BodySet><JointSet><objects>{joints}</objects></JointSet>
-<ForceSet><objects>{forces}</objects></ForceSet>{rest}</Model></OpenSimDocument>"""
-
-
-def coordinates(*names, inside=""):
-    return "".join(f'<Coordinate name="{name}">{inside}</Coordinate>' for name in names)
-
-
-def joint(kind, names, inside=""):
-    return JOINT.format(kind=kind, coordinates=coordinates(*names), inside=inside)
-
-
-def muscle(kind="Thelen2003Muscle", points=GROUND_POINT + BODY_POINT, wraps="", inside=""):
-    return MUSCLE.format(kind=kind, points=points, wraps=wraps, inside=inside)
-
-
-PIN = joint("PinJoint", ["angle"])
-
 
 @pytest.fixture
 def write(tmp_path):
     """Writes a model of one body, changed here and there, and returns its file."""
 
     def write_file(**changes):
-        parts = {
-            "version": 40000, "ground": "", "bodies": BODY.format(name="body", inside=""),
-            "joints": PIN, "forces": muscle(), "rest": "",
-        }  # fmt: skip
-        file = tmp_path / "model.osim"
-        file.write_text(DOCUMENT.format(**parts | changes))
-        return file
+        return write_model(tmp_path / "model.osim", **changes)
 
     return write_file
-
-
-def frame(angles, position):
-    H = np.eye(4)
-    H[:3, :3], H[:3, 3] = Rotation.from_euler("XYZ", angles).as_matrix(), position
-    return H
-
-
-def about(axis, angle):
-    H = np.eye(4)
-    H[:3, :3] = Rotation.from_rotvec(angle * np.asarray(axis) / np.linalg.norm(axis)).as_matrix()
-    return H
-
-
-def along(*position):
-    return frame(np.zeros(3), position)
 
 
 def mass_and_weight(loaded, q, body):
@@ -469,9 +393,6 @@ def test_a_locked_coordinate_holds_all_axes_that_it_moves(write):
     R, p = loaded.pose([0.7], "body")
     np.testing.assert_allclose(R, expected[:3, :3], atol=1e-14)
     np.testing.assert_allclose(p, expected[:3, 3], atol=1e-14)
-
-
-LOCKED = "<default_value>0.3</default_value><locked>true</locked>"
 
 
 def test_a_coordinate_that_turns_and_slides_is_an_angle(write):

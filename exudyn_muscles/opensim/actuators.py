@@ -8,15 +8,15 @@ from typing import Any
 from ..errors import ParameterError
 from ..path.tree import GROUND
 from ..recruitment.actuators import Actuator, PointActuator, Reserve, TorqueActuator
-from .bodies import Bodies
+from .bodies import Bodies, Place
 from .document import ON, Element
 
 COMMON = ("isDisabled", *ON, "min_control", "max_control", "optimal_force")
 ACTUATORS = ("CoordinateActuator", "PointActuator", "TorqueActuator")
 
 
-def read_actuator(element: Element, bodies: Bodies) -> Actuator:
-    """An ideal actuator of a file.
+def read_actuator(element: Element, bodies: Bodies) -> Actuator | None:
+    """An ideal actuator of a file, None if what it acts on cannot move.
 
     Raises
     ------
@@ -34,21 +34,33 @@ def read_actuator(element: Element, bodies: Bodies) -> Actuator:
             return _point_actuator(element, bodies, common)
         if element.tag == "TorqueActuator":
             return _torque_actuator(element, bodies, common)
-        element.allow(*COMMON, "coordinate")
-        return Reserve(element.word("coordinate"), **common)
+        return _reserve(element, bodies, common)
     except ParameterError as error:
         raise element.error(str(error)) from None
 
 
-def _point_actuator(element: Element, bodies: Bodies, common: dict[str, Any]) -> PointActuator:
+def _reserve(element: Element, bodies: Bodies, common: dict[str, Any]) -> Reserve | None:
+    element.allow(*COMMON, "coordinate")
+    name = element.word("coordinate")
+    independent = [link.name for link in bodies.links if link.follows is None]
+    if name not in (*independent, *bodies.locked):
+        raise element.get("coordinate").error(
+            f"'{name}' is no independent coordinate, those are {', '.join(independent)}"
+        )
+    return None if name in bodies.locked else Reserve(name, **common)
+
+
+def _point_actuator(
+    element: Element, bodies: Bodies, common: dict[str, Any]
+) -> PointActuator | None:
     element.allow(*COMMON, "body", "point", "point_is_global", "direction", "force_is_global")
-    place = bodies.place(element.get("body"))
-    if place.link == GROUND:
-        raise element.get("body").error("ground does not move")
+    place = _place(element, "body", bodies)
     point = element.vector("point", default=(0, 0, 0))
-    direction = element.vector("direction")
+    direction = element.vector("direction", default=(1, 0, 0))
     point_is_global = element.flag("point_is_global")
     force_is_global = element.flag("force_is_global")
+    if place.link == GROUND:
+        return None
     if not point_is_global:
         point = place.at(point)
     if not force_is_global:
@@ -63,21 +75,26 @@ def _point_actuator(element: Element, bodies: Bodies, common: dict[str, Any]) ->
     )
 
 
-def _torque_actuator(element: Element, bodies: Bodies, common: dict[str, Any]) -> TorqueActuator:
+def _torque_actuator(
+    element: Element, bodies: Bodies, common: dict[str, Any]
+) -> TorqueActuator | None:
     element.allow(*COMMON, "bodyA", "bodyB", "torque_is_global", "axis")
-    place = bodies.place(element.get("bodyA"))
-    against = bodies.place(element.get("bodyB")).link if element.word("bodyB", default="") else -1
-    axis, is_global = (
-        element.vector("axis", default=(0, 0, 1)),
-        element.flag("torque_is_global", True),
-    )
+    place, other = (_place(element, tag, bodies) for tag in ("bodyA", "bodyB"))
+    axis = element.vector("axis", default=(0, 0, 1))
+    is_global = element.flag("torque_is_global", True)
     if not is_global:
         axis = place.pose[:3, :3] @ axis
-    link = place.link
+    link, against = place.link, other.link
     if link == GROUND:  # whose frame is ground's
         link, against, axis, is_global = against, link, -axis, True
     if link == GROUND:
-        raise element.get("bodyA").error("ground does not move, and nor does bodyB")
+        return None
     return TorqueActuator(
         link=link, against=against, axis=axis.tolist(), torque_is_global=is_global, **common
     )
+
+
+def _place(element: Element, tag: str, bodies: Bodies) -> Place:
+    """The frame of the body that a property names."""
+    element.word(tag)
+    return bodies.place(element.get(tag))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection
 from pathlib import Path
 
 from ..errors import ParameterError
-from ..recruitment.limits import ControlLimits, Course
+from ..model import MusculoskeletalModel
+from ..recruitment.actuators import actuator_names
+from ..recruitment.limits import ControlLimits, Course, Limits
 from .document import Element, read_document
 
 # OpenSim's defaults of a ControlLinear.
@@ -19,40 +21,53 @@ WITHOUT_INFLUENCE = (
 READ = ("default_min", "default_max", "use_steps", "min_nodes", "max_nodes")
 
 
-def read_controls(file: str | Path, names: Sequence[str]) -> dict[str, ControlLimits]:
+def read_controls(
+    file: str | Path, model: MusculoskeletalModel, idle: Collection[str] = ()
+) -> dict[str, ControlLimits]:
     """The limits in a file with a `ControlSet`, by the names of actuators.
 
     Parameters
     ----------
     file : str or Path
-    names : sequence of str
-        Of all actuators; a control is called as one of them, or with `.excitation` behind.
+    model : MusculoskeletalModel
+        A control is called as one of its actuators, or with `.excitation` behind.
+    idle : collection of str
+        Names of other actuators, whose controls do not matter.
 
     Raises
     ------
     ModelFileError
-        The file is damaged or names an actuator that there is not.
+        The file is damaged, names an actuator that there is not, or has limits that do not fit one.
     FileNotFoundError
     """
     controls = read_document(file, "ControlSet")
-    defaults = controls.find("defaults")
+    controls.allow("objects", "defaults")
+    defaults, objects = controls.find("defaults"), controls.find("objects")
     usual = defaults.find("ControlLinear") if defaults is not None else None
+    if usual is not None:
+        usual.allow(*READ, *WITHOUT_INFLUENCE)
+    names = [*model.muscles.names, *actuator_names(model.reserves)]
     limits: dict[str, ControlLimits] = {}
-    for element in controls.get("objects").children:
+    lines: dict[str, int] = {}
+    for element in objects.children if objects is not None else ():
         if element.tag != "ControlLinear":
             element.refuse()
         element.allow(*READ, *WITHOUT_INFLUENCE)
         name = element.name.removesuffix(".excitation")
+        if name in lines:
+            raise element.error(f"'{name}' has another control, in line {lines[name]}")
+        lines[name] = element.line
         if name not in names:
+            if name in idle:
+                continue
             raise element.error(f"there is no actuator '{name}', only {', '.join(names)}")
-        if name in limits:
-            raise element.error("given before")
         try:
             limits[name] = ControlLimits(
                 _course(element, usual, "min", MINIMUM),
                 _course(element, usual, "max", MAXIMUM),
                 steps=_owner(element, usual, "use_steps").flag("use_steps"),
             )
+            Limits({name: limits[name]}, model.muscles, model.reserves)
         except ParameterError as error:
             raise element.error(str(error)) from None
     return limits
@@ -64,9 +79,11 @@ def _owner(element: Element, usual: Element | None, tag: str) -> Element:
 
 
 def _course(element: Element, usual: Element | None, which: str, default: float) -> Course:
-    nodes = element.find(f"{which}_nodes")
+    nodes = _owner(element, usual, f"{which}_nodes").find(f"{which}_nodes")
     if nodes is None or not nodes.children:
         tag = f"default_{which}"
         return _owner(element, usual, tag).number(tag, default)
     members = sorted(nodes.members(), key=lambda node: node.number("t"))
+    for node in members:
+        node.allow("t", "value")
     return [node.number("t") for node in members], [node.number("value") for node in members]

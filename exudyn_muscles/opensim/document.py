@@ -28,6 +28,8 @@ NOT_TOLD = ("", "OpenSimDocument", "Model", "objects")  # on the way to an eleme
 # Any of these may switch a force, constraint or controller off.
 ON = ("appliesForce", "isEnforced", "enabled")
 TRUTH = {"true": True, "false": False, "1": True, "0": False}
+# What stands for no file or column.
+NOT_GIVEN = ("", "Unassigned")
 
 
 @dataclass(eq=False)
@@ -108,16 +110,18 @@ class Element:
         found = self.find(tag)
         return [] if found is None else found.members()
 
-    def members(self) -> list[Element]:
-        """The members of this set; defaults of what they leave out are refused."""
+    def members(self, *properties: str) -> list[Element]:
+        """The members of this set, which may have some properties beside them; defaults of what
+        members leave out are refused."""
         defaults = self.find("defaults")
         if defaults is not None and defaults.children:
             defaults.refuse()
         objects = self.find("objects")
         if objects is not None:
-            self.allow("objects", "defaults")
+            self.allow("objects", "defaults", *properties)
             return list(objects.children)
-        return [member for member in self.children if member.tag not in ("groups", "defaults")]
+        beside = ("groups", "defaults", *properties)
+        return [member for member in self.children if member.tag not in beside]
 
     def object(self, tag: str) -> Element:
         """The object that is the property `tag`: in an element of that tag, or of that name."""
@@ -139,10 +143,9 @@ class Element:
 
     def flag(self, tag: str, default: bool = False) -> bool:
         """Whether a property is true."""
-        word = self.word(tag, default=str(default)).lower()
-        if word not in TRUTH:
-            raise self.get(tag).error(f"expected true or false, got '{word}'")
-        return TRUTH[word]
+        if not self.word(tag, default=""):
+            return default
+        return self.get(tag).flags(1)[0]
 
     def number(self, tag: str, default: float | None = None, *, infinite: bool = False) -> float:
         """A property that is one number."""
@@ -155,6 +158,13 @@ class Element:
         if default is not None and not self.word(tag, default=""):
             return np.array(default, dtype=float)
         return self.get(tag).numbers(size)
+
+    def flags(self, size: int | None = None) -> list[bool]:
+        """The text as truth values (size,)."""
+        words = self.text.lower().split()
+        if size not in (None, len(words)) or not TRUTH.keys() >= set(words):
+            raise self.error(f"expected true or false, got '{self.text[:60]}'")
+        return [TRUTH[word] for word in words]
 
     def numbers(self, size: int | None = None, *, infinite: bool = False) -> np.ndarray:
         """The text as numbers (size,)."""

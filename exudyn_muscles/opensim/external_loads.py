@@ -11,7 +11,7 @@ from ..loads import ExternalForce
 from ..path.tree import GROUND
 from ..storage import Storage, read_storage
 from .bodies import Bodies, Place
-from .document import ON, Element, read_document
+from .document import NOT_GIVEN, ON, Element, read_document
 
 # Once the kinematics by which points in ground were transformed to the body. OpenSim 4 ignores
 # them, and applies such a point at the pose that the body has.
@@ -20,7 +20,6 @@ IGNORED = (
 )  # fmt: skip
 FRAMES = ("applied_to_body", "force_expressed_in_body", "point_expressed_in_body")
 IDENTIFIERS = ("force_identifier", "point_identifier", "torque_identifier")
-NO_IDENTIFIER = ("", "Unassigned")
 
 
 def read_external_loads(file: str | Path, bodies: Bodies) -> list[ExternalForce]:
@@ -91,7 +90,7 @@ def _place(element: Element, tag: str, bodies: Bodies) -> Place:
 def _vector(element: Element, tag: str, data: Storage, data_file: Path) -> np.ndarray | None:
     """The columns (k, 3) that an element identifies, if it does."""
     identifier = element.word(tag, default="")
-    if identifier in NO_IDENTIFIER:
+    if identifier in NOT_GIVEN:
         return None
     try:
         return data.vector(identifier)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import chain
 from pathlib import Path
+from typing import NamedTuple
 
 import exudyn as exu
 import numpy as np
@@ -32,6 +33,15 @@ HARMLESS = (
 REFUSED = ("ControllerSet", "ComponentSet", "components", "defaults")
 
 
+class Content(NamedTuple):
+    """A model, with all `coordinates` of its file and the names of `idle` forces: those that are
+    switched off or act on what cannot move."""
+
+    model: MusculoskeletalModel
+    coordinates: tuple[Coordinate, ...]
+    idle: frozenset[str]
+
+
 def load_model(
     file: str | Path,
     *,
@@ -44,7 +54,8 @@ def load_model(
     links. Axes that are functions of a coordinate, and coordinates coupled to others, become
     followers. Coordinates have the file's names and OpenSim's values; a locked one is no coordinate
     but keeps its default value. The file's default pose is the system's initial state, in which
-    followers are where they belong. Coordinate, point and torque actuators become ideal ones.
+    followers are where they belong. Coordinate, point and torque actuators become ideal ones; those
+    on what cannot move, a locked coordinate or ground, do nothing in OpenSim and are left out.
 
     Parameters
     ----------
@@ -65,6 +76,21 @@ def load_model(
         The external loads' data file is damaged.
     FileNotFoundError
     """
+    return read_model(file, force_sets, external_loads).model
+
+
+def read_model(
+    file: str | Path,
+    force_sets: Sequence[str | Path] = (),
+    external_loads: str | Path | None = None,
+) -> Content:
+    """What `load_model` loads, with what it leaves out.
+
+    Raises
+    ------
+    ModelFileError, StorageError, FileNotFoundError
+        As `load_model`.
+    """
     model = read_document(file)
     model.allow(*READ, *HARMLESS, *REFUSED)
     bodies = Bodies(model)
@@ -74,15 +100,19 @@ def load_model(
         for item in model.items(tag):
             if item.is_on:
                 item.refuse()
-    muscles, reserves = [], []
+    muscles, reserves, idle = [], [], set()
     more = [read_document(each, "ForceSet", "ActuatorSet").members() for each in force_sets]
     for force in chain(model.items("ForceSet"), *more):
         if not force.is_on:
-            continue
-        if force.tag in CLASSES:
+            idle.add(force.name)
+        elif force.tag in CLASSES:
             muscles.append(read_muscle(force, bodies))
         elif force.tag in ACTUATORS:
-            reserves.append(read_actuator(force, bodies))
+            actuator = read_actuator(force, bodies)
+            if actuator is None:
+                idle.add(force.name)
+            else:
+                reserves.append(actuator)
         else:
             force.refuse()
     gravity = model.vector("gravity", default=(0.0, -9.80665, 0.0))
@@ -91,11 +121,12 @@ def load_model(
     followers = [link.follows for link in bodies.links if link.follows is not None]
     try:
         mbs, tree = _build(bodies.links, followers, gravity, forces)
-        return MusculoskeletalModel(
+        built = MusculoskeletalModel(
             mbs, tree, muscles, coordinates=names, followers=followers, reserves=reserves
         )
     except ParameterError as error:
         raise model.error(str(error)) from None
+    return Content(built, tuple(bodies.coordinates), frozenset(idle))
 
 
 def read_coordinates(file: str | Path) -> tuple[Coordinate, ...]:

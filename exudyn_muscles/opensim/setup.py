@@ -12,12 +12,11 @@ from ..methods.cosimulation import Cosimulation, Scheme
 from ..model import MusculoskeletalModel
 from ..motion import LowPass, Motion
 from ..muscle.window import Integrator
-from ..recruitment.actuators import actuator_names
 from ..recruitment.limits import ControlLimits
 from ..recruitment.normalizers import MaximumIsometricForce, RigidTendonForce
 from .controls import MAXIMUM, MINIMUM, read_controls
-from .document import Element, read_document
-from .load import load_model
+from .document import NOT_GIVEN, Element, read_document
+from .load import Content, read_model
 from .tasks import Task, read_tasks
 
 # How OpenSim integrates, optimizes and prints; start-up; analyses, which only report.
@@ -76,15 +75,21 @@ def load_setup(
 
     The fast optimization target becomes `RigidTendonForce`, the slow one `MaximumIsometricForce`;
     either way the demanded torques are met as long as they are within reach. Excitations have
-    OpenSim's limits [0.02, 1] if there is no file of control constraints. Windows are predicted
-    as in OpenSim, muscles integrated by the Rosenbrock method.
+    OpenSim's limits [0.02, 1] where no file of control constraints says otherwise. Windows are
+    predicted at the desired motion, which tracks better than OpenSim's prediction, shifted by the
+    errors (`Prediction.SHIFTED`). Muscles are integrated by the Rosenbrock method.
+
+    Every independent coordinate needs a task. Tasks of locked coordinates are left out, and so are
+    controls of actuators that are switched off or act on what cannot move. A cut-off frequency
+    that is not positive means no filter.
 
     Parameters
     ----------
     file : str or Path
         Other files are looked for from its folder.
     initial_time, final_time : float, optional
-        The span [s] in place of the file's.
+        The span [s] in place of the file's; where neither says it, the whole motion. It has to
+        lie within the motion, whereas OpenSim cuts it off there.
 
     Raises
     ------
@@ -97,19 +102,20 @@ def load_setup(
     tool = read_document(file, "CMCTool")
     tool.allow(*READ, *WITHOUT_INFLUENCE, *REFUSED)
     for tag in REFUSED:
-        found = tool.find(tag)
-        if found is not None and (found.text or found.members()):
-            found.refuse()
+        if _is_given(tool, tag) or any(each.is_on for each in tool.items(tag)):
+            tool.get(tag).refuse()
     if tool.flag("replace_force_set"):
-        raise tool.get("replace_force_set").error("without the model's own forces nothing is left")
-    more = tool.find("force_set_files")
-    loads = tool.word("external_loads_file", default="")
-    model = load_model(
+        raise tool.get("replace_force_set").error("true: forces can only be added to the model's")
+    name = tool.name or Path(file).stem
+    if set(name) & set("/\\"):
+        raise tool.error("the names of results begin with this name, which has a slash in it")
+    loads = "external_loads_file"
+    content = read_model(
         _file(tool, "model_file"),
-        force_sets=[_beside(more, name) for name in more.text.split()] if more is not None else (),
-        external_loads=_file(tool, "external_loads_file") if loads else None,
+        _force_sets(tool),
+        _file(tool, loads) if _is_given(tool, loads) else None,
     )
-    tasks = _tasks(tool, model)
+    model, tasks = content.model, _tasks(tool, content)
     window = tool.number("cmc_time_window", 0.01)
     fast = tool.flag("use_fast_optimization_target", True)
     try:
@@ -119,56 +125,73 @@ def load_setup(
             prediction=Prediction.DESIRED,
             normalizer=RigidTendonForce() if fast else MaximumIsometricForce(),
             integrator=Integrator.ROSENBROCK,
-            control_limits=_limits(tool, model),
+            control_limits=_limits(tool, content),
             kp=[task.kp for task in tasks],
             kv=[task.kv for task in tasks],
             tracking_weights=[task.weight for task in tasks],
         )
-    except ParameterError as error:
-        raise tool.error(str(error)) from None
+    except ParameterError as error:  # gains and weights have been checked
+        raise tool.get("cmc_time_window").error(str(error)) from None
     return CMCSetup(
-        tool.name or Path(file).stem,
+        name,
         model,
         _motion(tool, model, initial_time, final_time),
         settings,
-        Path(file).parent / tool.word("results_directory", default="."),
+        _path(tool, tool.word("results_directory", default=".")),
     )
 
 
-def _beside(element: Element, name: str) -> Path:
-    """A file that an element names, from the folder of its own."""
-    path = Path(element.file).parent / name.replace("\\", "/")
+def _path(tool: Element, name: str) -> Path:
+    """A file or folder, whose name may be Windows', from the set-up's folder."""
+    return Path(tool.file).parent / name.replace("\\", "/")
+
+
+def _is_given(tool: Element, tag: str) -> bool:
+    return tool.word(tag, default="") not in NOT_GIVEN
+
+
+def _existing(element: Element, name: str) -> Path:
+    """A file that a property names."""
+    path = _path(element, name)
     if not path.is_file():
         raise element.error(f"there is no file {path}")
     return path
 
 
 def _file(tool: Element, tag: str) -> Path:
-    return _beside(tool.get(tag), tool.word(tag))
+    return _existing(tool.get(tag), tool.word(tag))
 
 
-def _tasks(tool: Element, model: MusculoskeletalModel) -> list[Task]:
+def _force_sets(tool: Element) -> list[Path]:
+    tag = "force_set_files"
+    names = tool.word(tag).split() if _is_given(tool, tag) else []
+    return [_existing(tool.get(tag), name) for name in names]
+
+
+def _tasks(tool: Element, content: Content) -> list[Task]:
     """One for each coordinate."""
-    tasks = read_tasks(_file(tool, "task_set_file"))
+    tasks, coordinates = read_tasks(_file(tool, "task_set_file")), content.model.coordinates
+    locked = [coordinate.name for coordinate in content.coordinates if coordinate.locked]
     for name, task in tasks.items():
-        if name not in model.coordinates:
+        if name not in (*coordinates, *locked):
             raise task.element.error(
                 f"'{name}' cannot be tracked: the model's independent coordinates are "
-                f"{', '.join(model.coordinates)}"
+                f"{', '.join(coordinates)}"
             )
-    missing = [name for name in model.coordinates if name not in tasks]
+    missing = [name for name in coordinates if name not in tasks]
     if missing:
-        raise tool.get("task_set_file").error(f"no task tracks {', '.join(missing)}")
-    return [tasks[name] for name in model.coordinates]
+        raise tool.get("task_set_file").error(
+            f"no task that is on and active tracks {', '.join(missing)}"
+        )
+    return [tasks[name] for name in coordinates]
 
 
-def _limits(tool: Element, model: MusculoskeletalModel) -> dict[str, ControlLimits]:
+def _limits(tool: Element, content: Content) -> dict[str, ControlLimits]:
     """Of muscles, as OpenSim has them by default, and of the file's controls."""
-    muscles = model.muscles.names
-    limits = {name: ControlLimits(MINIMUM, MAXIMUM) for name in muscles}
-    if tool.word("constraints_file", default=""):
-        names = [*muscles, *actuator_names(model.reserves)]
-        limits |= read_controls(_file(tool, "constraints_file"), names)
+    limits = {name: ControlLimits(MINIMUM, MAXIMUM) for name in content.model.muscles.names}
+    tag = "constraints_file"
+    if _is_given(tool, tag):
+        limits |= read_controls(_file(tool, tag), content.model, content.idle)
     return limits
 
 
@@ -188,4 +211,4 @@ def _motion(
     try:
         return motion.between(start, end)
     except MotionError as error:
-        raise tool.error(str(error)) from None
+        raise tool.get("desired_kinematics_file").error(str(error)) from None

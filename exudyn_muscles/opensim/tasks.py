@@ -6,10 +6,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from ..errors import ParameterError
+from ..methods.control import TrackingSettings
 from .document import Element, read_document
 
 # About points and bodies, or about the weight that OpenSim's slow target gives to effort.
 WITHOUT_INFLUENCE = ("wrt_body", "express_body", "r0", "r1", "r2", "limit")
+# Of what a task leaves out, as OpenSim 4.6 prints them.
+DEFAULTS = {"kp": 1.0, "kv": 0.5, "ka": 1.0, "weight": 1.0}
 
 
 class Task(NamedTuple):
@@ -22,27 +26,35 @@ class Task(NamedTuple):
 
 
 def read_tasks(file: str | Path) -> Mapping[str, Task]:
-    """The tasks that are switched on, by their coordinates.
+    """The tasks that are on and active, by their coordinates.
+
+    As in OpenSim, a task is on unless its file says otherwise, but active only if its file says so.
 
     Raises
     ------
     ModelFileError
         The file is damaged, or holds what cannot be represented: tasks that are not about a
-        coordinate, or a feed-forward gain other than 1.
+        coordinate, a feed-forward gain other than 1, gains or weights outside their ranges.
     FileNotFoundError
     """
     tasks: dict[str, Task] = {}
-    for element in read_document(file, "CMC_TaskSet").members():
+    # The data file is for tasks about muscles, which are refused.
+    for element in read_document(file, "CMC_TaskSet").members("datafile"):
         if not element.flag("on", True):
             continue
         if element.tag != "CMC_Joint":
             element.refuse()
-        element.allow("on", "active", "weight", "kp", "kv", "ka", "coordinate", *WITHOUT_INFLUENCE)
-        if element.word("active", default="true").split()[0].lower() != "true":
+        element.allow("on", "active", "coordinate", *DEFAULTS, *WITHOUT_INFLUENCE)
+        active = element.find("active")
+        if active is None or not any(active.flags()[:1]):
             continue
         kp, kv, ka, weight = (_first(element, tag) for tag in ("kp", "kv", "ka", "weight"))
         if ka != 1.0:
             raise element.get("ka").error(f"{ka:g}: only 1 can be represented")
+        try:
+            TrackingSettings(kp=kp, kv=kv, tracking_weights=weight)
+        except ParameterError as error:
+            raise element.error(str(error)) from None
         coordinate = element.word("coordinate")
         if coordinate in tasks:
             line = tasks[coordinate].element.line
@@ -52,6 +64,6 @@ def read_tasks(file: str | Path) -> Mapping[str, Task]:
 
 
 def _first(element: Element, tag: str) -> float:
-    """The first of up to three numbers, which is a coordinate's; 1 if there is none."""
+    """The first of up to three numbers, which is a coordinate's."""
     found = element.find(tag)
-    return float(found.numbers()[0]) if found is not None and found.text else 1.0
+    return float(found.numbers()[0]) if found is not None and found.text else DEFAULTS[tag]
