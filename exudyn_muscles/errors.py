@@ -92,6 +92,10 @@ class StartWarning(ExudynMusclesWarning):
     """A run starts away from the motion that it is to track."""
 
 
+class SpanWarning(ExudynMusclesWarning):
+    """A set-up asks for a longer span than its desired kinematics have."""
+
+
 class FrozenBodiesWarning(ExudynMusclesWarning):
     """Static optimization cannot move the bodies outside the skeleton."""
 

@@ -41,15 +41,10 @@ def read_controls(
     FileNotFoundError
     """
     controls = read_document(file, "ControlSet")
-    controls.allow("objects", "defaults")
-    defaults, objects = controls.find("defaults"), controls.find("objects")
-    usual = defaults.find("ControlLinear") if defaults is not None else None
-    if usual is not None:
-        usual.allow(*READ, *WITHOUT_INFLUENCE)
     names = [*model.muscles.names, *actuator_names(model.reserves)]
     limits: dict[str, ControlLimits] = {}
     lines: dict[str, int] = {}
-    for element in objects.children if objects is not None else ():
+    for element in controls.members():
         if element.tag != "ControlLinear":
             element.refuse()
         element.allow(*READ, *WITHOUT_INFLUENCE)
@@ -63,9 +58,9 @@ def read_controls(
             raise element.error(f"there is no actuator '{name}', only {', '.join(names)}")
         try:
             limits[name] = ControlLimits(
-                _course(element, usual, "min", MINIMUM),
-                _course(element, usual, "max", MAXIMUM),
-                steps=_owner(element, usual, "use_steps").flag("use_steps"),
+                _course(element, "min", MINIMUM),
+                _course(element, "max", MAXIMUM),
+                steps=element.flag("use_steps"),
             )
             Limits({name: limits[name]}, model.muscles, model.reserves)
         except ParameterError as error:
@@ -73,16 +68,10 @@ def read_controls(
     return limits
 
 
-def _owner(element: Element, usual: Element | None, tag: str) -> Element:
-    """The control itself if it has a property, otherwise the file's default control."""
-    return element if usual is None or element.find(tag) is not None else usual
-
-
-def _course(element: Element, usual: Element | None, which: str, default: float) -> Course:
-    nodes = _owner(element, usual, f"{which}_nodes").find(f"{which}_nodes")
+def _course(element: Element, which: str, default: float) -> Course:
+    nodes = element.find(f"{which}_nodes")
     if nodes is None or not nodes.children:
-        tag = f"default_{which}"
-        return _owner(element, usual, tag).number(tag, default)
+        return element.number(f"default_{which}", default)
     members = sorted(nodes.members(), key=lambda node: node.number("t"))
     for node in members:
         node.allow("t", "value")

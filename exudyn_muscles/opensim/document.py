@@ -28,6 +28,24 @@ NOT_TOLD = ("", "OpenSimDocument", "Model", "objects")  # on the way to an eleme
 # Any of these may switch a force, constraint or controller off.
 ON = ("appliesForce", "isEnforced", "enabled")
 TRUTH = {"true": True, "false": False, "1": True, "0": False}
+# What objects of older versions are called now.
+RENAMED = {
+    "ActuatorSet": "ForceSet",
+    "GeneralizedForce": "CoordinateActuator",
+    "Force": "PointActuator",
+    "Torque": "TorqueActuator",
+    "MuscleWrap": "PathWrap",
+    "MuscleWrapSet": "PathWrapSet",
+    "MusclePoint": "PathPoint",
+    "MuscleViaPoint": "ConditionalPathPoint",
+    "MovingMusclePoint": "MovingPathPoint",
+    "MusclePointSet": "PathPointSet",
+    "NaturalCubicSpline": "SimmSpline",
+    "natCubicSpline": "SimmSpline",
+    "rdCMC_Joint": "CMC_Joint",
+    "rdCMC_Point": "CMC_Point",
+    "rdCMC_TaskSet": "CMC_TaskSet",
+}
 # What stands for no file or column.
 NOT_GIVEN = ("", "Unassigned")
 
@@ -195,14 +213,30 @@ def read_document(file: str | Path, *tags: str) -> Element:
     root = _parsed(str(file), Path(file).read_bytes())
     document = root.children[0]
     if document.tag in tags:
-        return document
+        return _with_defaults(document)
     if document.tag != "OpenSimDocument":
         what = " or ".join(tags) or "model"
         raise document.error(f"this is not a {what} file of OpenSim 2 to 4")
     version = document.name
     if not version.isdecimal() or not OLDEST <= int(version) < NEWEST:
         raise document.error(f"format version '{version}' is not one of OpenSim 2 to 4")
-    return document.get(*(tags or ("Model",)))
+    return _with_defaults(document.get(*(tags or ("Model",))))
+
+
+def _with_defaults(document: Element) -> Element:
+    """The object of a file, whose elements have what they leave out from the file's `defaults`."""
+    defaults = document.find("defaults")
+    if defaults is None:
+        return document
+    document.children.remove(defaults)
+    usual = {each.tag: each.children for each in defaults.children}
+    waiting = list(document.children)
+    while waiting:
+        element = waiting.pop()
+        waiting += element.children
+        own = {child.tag for child in element.children}
+        element.children += [each for each in usual.get(element.tag, ()) if each.tag not in own]
+    return document
 
 
 def _parsed(file: str, data: bytes) -> Element:
@@ -215,6 +249,7 @@ def _parsed(file: str, data: bytes) -> Element:
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(open_elements) > DEEPEST:
             raise open_elements[-1].error(f"more than {DEEPEST} elements within each other")
+        tag = RENAMED.get(tag, tag)
         name = attributes.get("Version" if tag == "OpenSimDocument" else "name", "")
         parent = open_elements[-1]
         element = Element(file, tag, name, parser.CurrentLineNumber, parent)

@@ -13,7 +13,6 @@ from ..path.functions import simm_spline
 from .document import Element
 
 # OpenSim reads the older names as the first.
-SPLINES = ("SimmSpline", "NaturalCubicSpline", "natCubicSpline")
 # A polynomial goes on along its tangent beyond these.
 POLYNOMIAL_BREAKS = (-10.0, -3.0, -1.0, 0.0, 1.0, 3.0, 10.0)
 
@@ -50,7 +49,7 @@ def read_function(element: Element, factor: float = 1.0) -> Line | Curve:
         function = element.object("function")
         element.allow("scale", "function", function.tag)
         return read_function(function, factor * element.number("scale", 1.0))
-    if element.tag in SPLINES:
+    if element.tag == "SimmSpline":
         element.allow("x", "y")
         x, y = element.get("x").numbers(), element.get("y").numbers()
         try:

@@ -30,7 +30,7 @@ HARMLESS = (
     "credits", "publications", "length_units", "force_units", "assembly_accuracy", "MarkerSet",
     "ContactGeometrySet", "ProbeSet", "ModelVisualPreferences", "notes",
 )  # fmt: skip
-REFUSED = ("ControllerSet", "ComponentSet", "components", "defaults")
+REFUSED = ("ControllerSet", "ComponentSet", "components")
 
 
 class Content(NamedTuple):
@@ -101,7 +101,7 @@ def read_model(
             if item.is_on:
                 item.refuse()
     muscles, reserves, idle = [], [], set()
-    more = [read_document(each, "ForceSet", "ActuatorSet").members() for each in force_sets]
+    more = [read_document(each, "ForceSet").members() for each in force_sets]
     for force in chain(model.items("ForceSet"), *more):
         if not force.is_on:
             idle.add(force.name)

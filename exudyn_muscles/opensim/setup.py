@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-from ..errors import MotionError, ParameterError
+from ..errors import MotionError, ParameterError, SpanWarning, warn
 from ..methods.cmc import CMC, Prediction
 from ..methods.control import TrackingSettings
 from ..methods.cosimulation import Cosimulation, Scheme
@@ -26,7 +26,8 @@ WITHOUT_INFLUENCE = (
     "minimum_integrator_step_size", "integrator_error_tolerance", "AnalysisSet",
     "optimizer_algorithm", "numerical_derivative_step_size",
     "optimization_convergence_tolerance", "optimizer_max_iterations", "optimizer_print_level",
-    "use_verbose_printing", "use_curvature_filter", "replace_force_set",
+    "optimizer_derivative_dx", "optimizer_convergence_criterion", "use_verbose_printing",
+    "use_curvature_filter", "replace_force_set",
 )  # fmt: skip
 READ = (
     "model_file", "force_set_files", "results_directory", "initial_time", "final_time",
@@ -98,6 +99,11 @@ def load_setup(
     StorageError, MotionError
         The desired kinematics cannot be used.
     FileNotFoundError
+
+    Warns
+    -----
+    SpanWarning
+        The file's span is longer than the desired kinematics, whose ends are taken instead.
     """
     tool = read_document(file, "CMCTool")
     tool.allow(*READ, *WITHOUT_INFLUENCE, *REFUSED)
@@ -206,9 +212,21 @@ def _motion(
         cutoff=cutoff if cutoff > 0.0 else None,
         low_pass=LowPass.OPENSIM,
     )
-    start = tool.number("initial_time", motion.start) if start is None else start
-    end = tool.number("final_time", motion.end) if end is None else end
+    start = _within(tool, "initial_time", motion) if start is None else start
+    end = _within(tool, "final_time", motion) if end is None else end
     try:
         return motion.between(start, end)
     except MotionError as error:
         raise tool.get("desired_kinematics_file").error(str(error)) from None
+
+
+def _within(tool: Element, tag: str, motion: Motion) -> float:
+    """A time of the file, or the motion's nearest, as in OpenSim."""
+    usual = motion.start if tag == "initial_time" else motion.end
+    asked = tool.number(tag, usual, infinite=True)
+    if motion.start <= asked <= motion.end:
+        return asked
+    nearest = min(max(asked, motion.start), motion.end)
+    text = f"{asked:g} s is outside of the desired kinematics; the run takes {nearest:g} s instead"
+    warn(str(tool.get(tag).error(text)), SpanWarning)
+    return nearest
