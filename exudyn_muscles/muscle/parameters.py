@@ -60,6 +60,8 @@ RANGES = {
     "activation_time_constant": (1e-4, 10.0, "s"),
     "deactivation_time_constant": (1e-4, 10.0, "s"),
     "minimum_activation": (1e-3, 0.5, ""),
+    "min_control": (0.0, 1.0, ""),
+    "max_control": (0.0, 1.0, ""),
     "activation_dynamics_smoothing": (1e-3, 1e3, ""),
     "maximum_pennation_angle": (0.0, MAXIMUM_PENNATION, "rad"),
 }
@@ -90,7 +92,9 @@ class Muscle:
     activation_dynamics_smoothing : float
         b of the smooth law: 0.1 as published, 10 as OpenSim recommends.
     minimum_activation : float
-        a_min, also the lowest excitation; 0.01 as in OpenSim.
+        a_min, below which no excitation goes either; 0.01 as in OpenSim.
+    min_control, max_control : float
+        Lowest and highest excitation that a method may find.
     law : MuscleLaw
         The characteristic curves.
     tendon_strain_at_one_norm_force : float, optional
@@ -122,6 +126,8 @@ class Muscle:
     activation_dynamics: ActivationDynamics = ActivationDynamics.LINEAR_FILTER
     activation_dynamics_smoothing: float = 0.1
     minimum_activation: float = 0.01
+    min_control: float = 0.0
+    max_control: float = 1.0
     law: MuscleLaw = DeGrooteFregly2016()  # noqa: RUF009 (frozen, too)
     tendon_strain_at_one_norm_force: float | None = None
     ignore_tendon_compliance: bool = False
@@ -141,6 +147,12 @@ class Muscle:
                 f"muscle '{self.name}': pennation_angle_at_optimal = "
                 f"{self.pennation_angle_at_optimal:g} is outside "
                 f"[0, maximum_pennation_angle = {self.maximum_pennation_angle:g}] rad"
+            )
+        if not max(self.min_control, self.minimum_activation) <= self.max_control:
+            raise ParameterError(
+                f"muscle '{self.name}': max_control = {self.max_control:g} is below "
+                f"min_control = {self.min_control:g} or minimum_activation = "
+                f"{self.minimum_activation:g}"
             )
         if isinstance(self.path, Iterable):
             object.__setattr__(self, "path", tuple(self.path))

@@ -18,6 +18,7 @@ from ..muscle.laws.law import MuscleLaw
 from ..muscle.laws.millard_2012 import (
     PASSIVE_CURVINESS,
     PASSIVE_LOW_STIFFNESS,
+    PASSIVE_STIFFNESS,
     TENDON_CURVINESS,
     TENDON_TOE,
     VELOCITY_CURVINESS,
@@ -98,17 +99,22 @@ CURVES = (
     "ActiveForceLengthCurve", "ForceVelocityCurve", "FiberForceLengthCurve",
     "TendonForceLengthCurve",
 )  # fmt: skip
-# These only say where a simulation starts and how OpenSim computes it, or nothing: the last three
-# are left over from the classes before Thelen2003Muscle.
+# These only say where a simulation starts and how OpenSim computes it, or nothing: they are left
+# over from older classes, and OpenSim 4 does not read them.
 WITHOUT_INFLUENCE = (
     "optimal_force", "default_activation", "default_fiber_length",
     "default_normalized_tendon_force", "tendon_compliance_dynamics_mode", "Vmax", "Vmax0",
-    "damping",
+    "damping", "MuscleFirstOrderActivationDynamicModel",
+    "MuscleSecondOrderActivationDynamicModel", "MuscleFixedWidthPennationModel",
+    "ForceVelocityInverseCurve",
 )  # fmt: skip
 FLAGS = ("ignore_activation_dynamics", "ignore_passive_fiber_force")  # refused if true
 PATHS = ("GeometryPath", "path")
 # Read apart from the numbers.
-OTHER = ("appliesForce", "isDisabled", "ignore_tendon_compliance", "min_control", "max_control")
+CONTROLS = ("min_control", "max_control")
+OTHER = ("appliesForce", "isDisabled", "ignore_tendon_compliance", *CONTROLS)
+STIFFNESS = "stiffness_at_one_norm_force"  # of the passive curve, follows from its strains
+PASSIVE_STRAINS = ("fiber_strain_at_zero_force", "fiber_strain_at_one_norm_force")
 NUMBERS = {*RANGES, "tendon_strain_at_one_norm_force"}
 
 
@@ -125,14 +131,17 @@ def read_muscle(element: Element, bodies: Bodies) -> Muscle:
     for child in element.properties():
         if child.tag in CURVES:
             for inner in child.properties():
-                _add_number(kind, inner, given, f"{child.tag}/")
+                if inner.tag != STIFFNESS:
+                    _add_number(kind, inner, given, f"{child.tag}/")
         elif child.tag not in (*PATHS, *WITHOUT_INFLUENCE, *FLAGS, *OTHER):
             _add_number(kind, child, given)
     for flag in FLAGS:
         if element.flag(flag):
             element.get(flag).refuse()
+    _check_stiffness(element, given)
     own = _own(kind)
-    unit = {name: value for name, value in given.items() if name not in own}
+    unit: dict[str, Any] = {name: value for name, value in given.items() if name not in own}
+    unit |= _controls(element)
     try:
         muscle = Muscle(
             element.name,
@@ -143,7 +152,6 @@ def read_muscle(element: Element, bodies: Bodies) -> Muscle:
         )
     except ParameterError as error:
         raise element.error(str(error)) from None
-    _check_controls(element, muscle.minimum_activation)
     path = element.find("GeometryPath") or element.object("path")
     if path.tag != "GeometryPath":
         path.refuse()  # a function of the coordinates
@@ -174,12 +182,25 @@ def _add_number(kind: Class, element: Element, given: dict[str, Any], where: str
         raise element.error("this is not known, and might change what the muscle does")
 
 
-def _check_controls(element: Element, minimum: float) -> None:
-    """Raise ModelFileError unless controls run from the minimum activation to 1."""
-    if element.number("min_control", 0.0, infinite=True) > minimum:
-        raise element.get("min_control").error(f"more than the minimum activation {minimum:g}")
-    if element.number("max_control", 1.0, infinite=True) < 1.0:
-        raise element.get("max_control").error("less than 1")
+def _check_stiffness(element: Element, given: dict[str, Any]) -> None:
+    """Raise ModelFileError unless a passive curve is as stiff at F0 as it is by default."""
+    curve = element.find("FiberForceLengthCurve")
+    found = curve.find(STIFFNESS) if curve is not None else None
+    if found is None or not found.text:
+        return
+    law = Millard2012(**{key: given[key] for key in PASSIVE_STRAINS if key in given})
+    strain = law.fiber_strain_at_one_norm_force - law.fiber_strain_at_zero_force
+    usual = PASSIVE_STIFFNESS / strain
+    if abs(found.numbers(1)[0] - usual) > 1e-6 * usual:
+        raise found.error(f"{found.text}: only {usual:g} can be represented")
+
+
+def _controls(element: Element) -> dict[str, float]:
+    """Limits of the excitation, which OpenSim's muscles take as 0 or 1 beyond these."""
+    return {
+        name: min(max(element.number(name, usual, infinite=True), 0.0), 1.0)
+        for name, usual in zip(CONTROLS, (0.0, 1.0), strict=True)
+    }
 
 
 # Paths.

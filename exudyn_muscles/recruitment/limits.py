@@ -73,8 +73,7 @@ class ControlLimits:
 class Limits:
     """The limits of all actuators of a model at any time.
 
-    Muscles without limits of their own have [minimum activation, 1], ideal actuators those that
-    they were made with.
+    Actuators that are not named have the limits that they were made with.
 
     Parameters
     ----------
@@ -99,7 +98,7 @@ class Limits:
         names = [*muscles.names, *actuator_names(actuators)]
         self._optimal = np.array([actuator.optimal_force for actuator in actuators])
         controls = [(actuator.min_control, actuator.max_control) for actuator in actuators]
-        excitations = [(a, 1.0) for a in muscles.minimum_activation]
+        excitations = [(muscle.min_control, muscle.max_control) for muscle in muscles]
         self._usual = np.array([*excitations, *controls])
         self._varied: list[tuple[int, ControlLimits]] = []
         for name, given in limits.items():
