@@ -402,6 +402,38 @@ def test_accumulated_steps_may_pass_the_end_by_rounding():
     np.testing.assert_array_equal(motion(-1e-12), motion(0.0))
 
 
+@pytest.mark.parametrize(
+    "motion",
+    [
+        em.Motion.from_samples(TIMES, SAMPLES),
+        em.Motion.from_arrays(TIMES, SAMPLES, np.zeros_like(SAMPLES), np.zeros_like(SAMPLES)),
+    ],
+)
+def test_a_part_of_a_motion_is_the_same_motion(motion):
+    part = motion.between(0.25, 0.75)
+    assert (part.start, part.end) == (0.25, 0.75) and len(part) == 2
+    times = np.linspace(0.25, 0.75, 21)
+    np.testing.assert_array_equal(part(times), motion(times))
+    np.testing.assert_array_equal(part.between(0.3, 0.4)(0.35), motion(0.35))
+    with pytest.raises(em.MotionError, match=r"spans \[0.25, 0.75\] s, asked for t = 0.8 s"):
+        part(0.8)
+
+
+@pytest.mark.parametrize(
+    ("span", "message"),
+    [
+        ((0.5, 0.5), r"a motion from 0\.5 to 0\.5 s is empty"),
+        ((0.5, np.nan), r"from 0\.5 to nan s is empty"),
+        ((-0.1, 0.5), r"spans \[0, 1\] s, asked for t = -0\.1 s"),
+        ((0.5, 1.0000001), r"spans \[0, 1\] s, asked for t = 1\.0000001 s"),
+        ((0.5, np.inf), r"spans \[0, 1\] s, asked for t = inf s"),
+    ],
+)
+def test_parts_that_a_motion_has_not(span, message):
+    with pytest.raises(em.MotionError, match=message):
+        em.Motion.from_samples(TIMES, SAMPLES).between(*span)
+
+
 def test_number_of_coordinates():
     motion = em.Motion.from_waypoints(TIMES, SAMPLES)
     check_motion(motion, ["a", "b"])

@@ -1,0 +1,191 @@
+"""Actuators in files of OpenSim: their virtual work, from the poses of bodies by differences."""
+
+import re
+
+import numpy as np
+import pytest
+
+import exudyn_muscles as em
+
+from .differences import gradient
+from .opensim_files import (
+    BODY,
+    GROUND_POINT,
+    JOINT,
+    LOCKED,
+    Loaded,
+    coordinates,
+    joint,
+    muscle,
+    write_model,
+)
+
+# The frames of both bodies are off those of their links; `second` is on a frame of `body`.
+SECOND = """
+<PinJoint name="wrist"><socket_parent_frame>/bodyset/body</socket_parent_frame>
+<socket_child_frame>on_second</socket_child_frame><coordinates>
+<Coordinate name="c"/></coordinates><frames><PhysicalOffsetFrame name="on_second">
+<socket_parent>/bodyset/second</socket_parent><translation>0.1 0 -0.3</translation>
+<orientation>0.2 0.9 -0.4</orientation></PhysicalOffsetFrame></frames></PinJoint>"""
+BODIES = BODY.format(name="body", inside="") + BODY.format(name="second", inside="")
+JOINTS = joint("UniversalJoint", ["a", "b"]) + SECOND
+Q = np.array([0.3, -0.8, 0.5])
+POINT, VECTOR = np.array([0.1, -0.2, 0.05]), np.array([2.0, -1.0, 2.0])
+UNIT = VECTOR / 3.0
+
+
+def actuator(kind, **properties):
+    inside = "".join(f"<{tag}> {value} </{tag}>" for tag, value in properties.items())
+    return f'<{kind} name="actuator">{inside}</{kind}>'
+
+
+def text(vector):
+    return " ".join(map(str, vector))
+
+
+@pytest.fixture
+def load(tmp_path):
+    def load_forces(*forces, joints=JOINTS):
+        return Loaded(
+            write_model(
+                tmp_path / "model.osim", bodies=BODIES, joints=joints, forces="".join(forces)
+            )
+        )
+
+    return load_forces
+
+
+def turning(loaded, body):
+    """W (3, n): how fast a body turns with the coordinates, zero for ground."""
+    if body == "ground":
+        return np.zeros((3, 3))
+    R, _ = loaded.pose(Q, body)
+    turns = gradient(lambda q: (loaded.pose(q, body)[0] @ R.T).ravel(), Q, 1e-3)
+    return turns.reshape(3, 3, -1)[[2, 0, 1], [1, 2, 0]]
+
+
+@pytest.mark.parametrize("point_is_global", [False, True])
+@pytest.mark.parametrize("force_is_global", [False, True])
+@pytest.mark.parametrize("body", ["body", "/bodyset/second"])
+def test_a_point_actuator_works_on_its_point(body, force_is_global, point_is_global, load):
+    loaded = load(
+        muscle(),
+        actuator(
+            "PointActuator", body=body, point=text(POINT), direction=text(VECTOR),
+            point_is_global=str(point_is_global).lower(), optimal_force=7,
+            force_is_global=str(force_is_global).lower(),
+        ),
+    )  # fmt: skip
+    (found,) = loaded.model.reserves
+    assert (found.name, found.optimal_force) == ("actuator", 7.0)
+    body = body.split("/")[-1]
+    R, p = loaded.pose(Q, body)
+    station = R.T @ (POINT - p) if point_is_global else POINT
+    force = UNIT if force_is_global else R @ UNIT
+
+    def point(q):
+        R, p = loaded.pose(q, body)
+        return p + R @ station
+
+    expected = force @ gradient(point, Q, 1e-3)
+    assert np.abs(expected).max() > 0.05
+    np.testing.assert_allclose(loaded.model.columns(Q)[:, 0], expected, rtol=0, atol=1e-11)
+
+    geometry, state = loaded.model.geometry(Q, np.zeros(3)), (np.array([0.5]), np.array([0.2]))
+    pulled, alone = (
+        loaded.model.torque(geometry, *state, np.array([force])) for force in (3.0, 0.0)
+    )
+    np.testing.assert_allclose(pulled - alone, 3.0 * expected, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("is_global", [False, True])
+@pytest.mark.parametrize(
+    ("on", "against"),
+    [("body", "ground"), ("ground", "second"), ("second", "body"), ("body", "second")],
+)
+def test_a_torque_actuator_works_between_two_bodies(on, against, is_global, load):
+    loaded = load(
+        muscle(),
+        actuator(
+            "TorqueActuator", bodyA=on, bodyB=against, axis=text(VECTOR),
+            torque_is_global=str(is_global).lower(),
+        ),
+    )  # fmt: skip
+    axis = UNIT if is_global or on == "ground" else loaded.pose(Q, on)[0] @ UNIT
+    expected = axis @ (turning(loaded, on) - turning(loaded, against))
+    assert np.abs(expected).max() > 0.1
+    np.testing.assert_allclose(loaded.model.columns(Q)[:, 0], expected, rtol=0, atol=1e-11)
+
+
+def test_what_is_left_out_has_opensims_defaults(load):
+    forces = (
+        actuator("PointActuator", body="body", optimal_force=""),
+        actuator("TorqueActuator", bodyA="body", bodyB="ground", min_control=""),
+        actuator("CoordinateActuator", coordinate="b", max_control=""),
+    )
+    loaded = load(muscle(), *forces)
+    point, torque, reserve = loaded.model.reserves
+    place = loaded.places["/bodyset/body"]
+    np.testing.assert_allclose(point.point, place.pose[:3, 3], atol=1e-15)
+    np.testing.assert_allclose(point.direction, place.pose[:3, 0], atol=1e-15)
+    assert not point.point_is_global and not point.force_is_global
+    assert torque.torque_is_global and torque.axis == (0.0, 0.0, 1.0)
+    assert reserve == em.Reserve("b", 1.0, name="actuator")
+    for each in (point, torque):
+        limits = each.optimal_force, each.min_control, each.max_control
+        assert limits == (1.0, -np.inf, np.inf)
+
+
+def test_actuators_on_what_cannot_move_are_left_out(load):
+    """As the residuals of a pelvis that is locked."""
+    held = "".join(coordinates(name, inside=LOCKED) for name in "ab")
+    joints = JOINT.format(kind="UniversalJoint", coordinates=held, inside="") + SECOND
+    point = GROUND_POINT.replace("/ground", "/bodyset/second").replace('"a"', '"c"')
+    loaded = load(
+        muscle(points=GROUND_POINT + point),
+        actuator("CoordinateActuator", coordinate="a"),
+        actuator("PointActuator", body="body", direction="0 1 0"),
+        actuator("PointActuator", body="ground"),
+        actuator("TorqueActuator", bodyA="body", bodyB="ground"),
+        actuator("TorqueActuator", bodyA="body", bodyB="second", torque_is_global="false"),
+        joints=joints,
+    )
+    assert loaded.model.coordinates == ("c",)
+    (left,) = loaded.model.reserves  # the second body's torque, about the first's axis
+    assert isinstance(left, em.TorqueActuator)
+    R, _ = loaded.pose([0.5], "body")
+    turns = gradient(lambda q: loaded.pose(q, "second")[0].ravel(), np.array([0.5]), 1e-3)
+    W = turns.reshape(3, 3) @ loaded.pose([0.5], "second")[0].T
+    expected = -R[:, 2] @ [W[2, 1], W[0, 2], W[1, 0]]
+    assert abs(expected) > 0.5
+    assert loaded.model.columns(np.array([0.5]))[0, 0] == pytest.approx(expected, abs=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("kind", "properties", "message"),
+    [
+        ("PointActuator", {"body": "leg"}, "body: there is no frame 'leg'"),
+        ("PointActuator", {"body": ""}, "body: it is empty"),
+        ("PointActuator", {}, "there is no body in it"),
+        ("PointActuator", {"body": "body", "point": "1 2"}, "point: expected 3 numbers, got 2"),
+        ("PointActuator", {"body": "body", "direction": "0 0 0"}, "direction has no length"),
+        ("PointActuator", {"body": "body", "socket_body": "x"}, "socket_body: this is not known"),
+        ("TorqueActuator", {"bodyA": "body"}, "there is no bodyB in it"),
+        ("TorqueActuator", {"bodyA": "body", "bodyB": "ground", "axis": "0 0 0"},
+         "axis has no length"),
+        ("TorqueActuator", {"bodyA": "body", "bodyB": "ground", "torque_is_global": "maybe"},
+         "torque_is_global: expected true or false, got 'maybe'"),
+        ("CoordinateActuator", {"coordinate": "knee"},
+         "coordinate: 'knee' is no independent coordinate, those are a, b, c"),
+        ("CoordinateActuator", {"coordinate": "a", "optimal_force": "0"},
+         "optimal_force = 0.0 is outside"),
+        ("CoordinateActuator", {"coordinate": "a", "optimal_force": "strong"},
+         "optimal_force: expected numbers, got 'strong'"),
+        ("CoordinateActuator", {"coordinate": "a", "min_control": "0.1"},
+         "controls [0.1, inf] must enclose 0"),
+    ],
+)  # fmt: skip
+def test_actuators_that_are_refused(kind, properties, message, load):
+    start = rf"model\.osim, line \d+: ForceSet / {kind} 'actuator'.*"
+    with pytest.raises(em.ModelFileError, match=start + re.escape(message)):
+        load(muscle(), actuator(kind, **properties))

@@ -1,0 +1,574 @@
+"""Set-up files of OpenSim's CMC tool, small ones: what they ask for, and what is refused."""
+
+import re
+
+import numpy as np
+import pytest
+
+import exudyn_muscles as em
+from exudyn_muscles.cli import main
+
+from .opensim_files import JOINT, LOCKED, coordinates, joint, muscle, write_model
+
+LAW = "<tendon_slack_length>0.45</tendon_slack_length>"
+FLEXOR = muscle(inside=LAW).replace('"muscle"', '"flexor"')
+OFF = "<appliesForce>false</appliesForce>"
+# What OpenSim 4.6 prints, in its order, with comments as it has them.
+SETUP = {
+    "model_file": "model.osim", "replace_force_set": "false", "force_set_files": "reserves.xml",
+    "results_directory": "results", "output_precision": "8", "initial_time": "0.1",
+    "final_time": "0.4", "solve_for_equilibrium_for_auxiliary_states": "true",
+    "maximum_number_of_integrator_steps": "20000", "maximum_integrator_step_size": "1",
+    "minimum_integrator_step_size": "1e-08", "integrator_error_tolerance": "1e-05",
+    "AnalysisSet": "<objects /><groups />", "ControllerSet": "<objects /><groups />",
+    "external_loads_file": "", "actuators_to_exclude": "", "desired_points_file": "",
+    "desired_kinematics_file": "motion.mot", "task_set_file": "tasks.xml",
+    "constraints_file": "", "rra_controls_file": "", "lowpass_cutoff_frequency": "-1",
+    "cmc_time_window": "0.01", "use_fast_optimization_target": "true",
+    "optimizer_algorithm": "ipopt", "numerical_derivative_step_size": "0.0001",
+    "optimization_convergence_tolerance": "0.0001", "optimizer_max_iterations": "1000",
+    "optimizer_print_level": "0", "use_verbose_printing": "false",
+}  # fmt: skip
+DOCUMENT = '<?xml version="1.0"?>\n<OpenSimDocument Version="{}">\n{}\n</OpenSimDocument>'
+TIMES = np.linspace(0.0, 0.5, 61)
+SHOULDER, ELBOW = 0.3 * np.sin(4.0 * TIMES), 0.2 + 0.3 * TIMES**2
+
+
+def properties(given):
+    """One on a line, each after a comment; those that are None are left out."""
+    return "\n".join(
+        f"<!-- {tag} --> <{tag}> {value} </{tag}>"
+        for tag, value in given.items()
+        if value is not None
+    )
+
+
+def members(kind, *objects, before=""):
+    """A set of objects."""
+    inside = "\n".join(objects)
+    return f'<{kind} name="set">\n{before}<objects>\n{inside}\n</objects><groups/></{kind}>'
+
+
+def task(coordinate, **given):
+    usual = {"on": "true", "active": "true false false", "coordinate": coordinate}
+    return f'<CMC_Joint name="{coordinate}">\n{properties(usual | given)}\n</CMC_Joint>'
+
+
+def reserve(coordinate, optimal_force=20):
+    given = properties({"coordinate": coordinate, "optimal_force": optimal_force})
+    return f'<CoordinateActuator name="{coordinate}_reserve">\n{given}\n</CoordinateActuator>'
+
+
+def tasks(*given):
+    return members("CMC_TaskSet", *given, before="<datafile />\n")
+
+
+def control(name, **given):
+    return f'<ControlLinear name="{name}">\n{properties(given)}\n</ControlLinear>'
+
+
+def controls(*given, defaults=""):
+    return members("ControlSet", *given, before=f"<defaults>\n{defaults}\n</defaults>\n")
+
+
+def nodes(*pairs):
+    return "".join(
+        f"<ControlLinearNode><t>{t}</t><value>{value}</value></ControlLinearNode>"
+        for t, value in pairs
+    )
+
+
+def motion(*columns, times=TIMES, degrees=True):
+    """A motion file; columns are pairs of a label and radians."""
+    table = np.column_stack([times, *(values for _, values in columns)])
+    if degrees:
+        table[:, 1:] = np.degrees(table[:, 1:])
+    labels = "\t".join(["time", *(label for label, _ in columns)])
+    rows = "\n".join("\t".join(map(repr, row)) for row in table.tolist())
+    header = f"motion\nnRows={len(table)}\nnColumns={table.shape[1]}\ninDegrees="
+    return f"{header}{'yes' if degrees else 'no'}\nendheader\n{labels}\n{rows}\n"
+
+
+MOTION = motion(("elbow", ELBOW), ("toe", 0.0 * TIMES), ("shoulder", SHOULDER))
+FILES = {
+    "tasks.xml": DOCUMENT.format(
+        20302,
+        tasks(
+            task("elbow", kp=400, kv="40 1 1", weight="3 1 1"),
+            task("shoulder", kp="100 <!-- 1/s^2 --> 1 1", kv=20),
+        ),
+    ),
+    "reserves.xml": members("ForceSet", reserve("elbow"), reserve("shoulder", 5)),
+    "motion.mot": MOTION,
+}
+
+
+@pytest.fixture
+def write(tmp_path):
+    """Writes a model of two coordinates and one muscle with all that its set-up names, and returns
+    the set-up's file. Changes are the set-up's properties, or whole files."""
+
+    def write_files(files=None, model=None, version=40000, **changes):
+        parts = {"joints": joint("UniversalJoint", ["shoulder", "elbow"]), "forces": FLEXOR}
+        write_model(tmp_path / "model.osim", **parts | (model or {}))
+        for name, text in (FILES | (files or {})).items():
+            (tmp_path / name).parent.mkdir(exist_ok=True)
+            (tmp_path / name).write_text(text)
+        setup = f'<CMCTool name="small">\n{properties(SETUP | changes)}\n</CMCTool>'
+        file = tmp_path / "setup.xml"
+        file.write_text(DOCUMENT.format(version, setup) if version else setup)
+        return file
+
+    return write_files
+
+
+def load(*given, **changes):
+    return em.opensim.load_setup(*given, **changes)
+
+
+# -- What is asked for ----------------------------------------------------------------------------
+
+
+def test_a_setup_as_opensim_prints_it(write, tmp_path):
+    setup = load(write())
+    assert setup.name == "small"
+    assert setup.model.coordinates == ("shoulder", "elbow")
+    assert setup.model.muscles.names == ("flexor",)
+    assert setup.model.reserves == (
+        em.Reserve("elbow", 20.0, name="elbow_reserve"),
+        em.Reserve("shoulder", 5.0, name="shoulder_reserve"),
+    )
+    settings = setup.settings
+    assert (settings.kp, settings.kv) == ([100.0, 400.0], [20.0, 40.0])
+    assert settings.tracking_weights == [1.0, 3.0]
+    assert (settings.window, settings.step) == (0.01, 0.001)
+    assert settings.normalizer == em.RigidTendonForce()
+    assert settings.prediction is em.Prediction.DESIRED
+    assert settings.control_limits == {"flexor": em.ControlLimits(0.02, 1.0)}
+    assert (setup.motion.start, setup.motion.end) == (0.1, 0.4)
+    assert setup.results_directory == tmp_path / "results"
+    within = (TIMES > 0.1) & (TIMES < 0.4)
+    expected = np.column_stack([SHOULDER, ELBOW])[within]
+    np.testing.assert_allclose(setup.motion(TIMES[within])[0], expected, rtol=0, atol=1e-15)
+
+
+def test_the_same_settings_for_co_simulation(write):
+    setup = load(write())
+    csf = setup.cosimulation()
+    assert csf.scheme is em.Scheme.FULL and csf.step == 0.01
+    assert (csf.kp, csf.kv) == (setup.settings.kp, setup.settings.kv)
+    assert csf.control_limits == setup.settings.control_limits
+    assert csf.integrator is setup.settings.integrator
+    assert setup.cosimulation(em.Scheme.SIMPLIFIED).scheme is em.Scheme.SIMPLIFIED
+
+
+def test_what_a_setup_leaves_out(write, tmp_path):
+    """All that may be left out; the set-up is called as its file, and runs over the motion."""
+    needed = ("model_file", "desired_kinematics_file", "task_set_file")
+    file = write(**dict.fromkeys(set(SETUP) - set(needed)))
+    file.write_text(file.read_text().replace(' name="small"', ""))
+    setup = load(file)
+    assert setup.name == "setup" and setup.results_directory == tmp_path
+    assert setup.model.reserves == ()
+    assert (setup.motion.start, setup.motion.end) == (0.0, 0.5)
+    assert setup.settings.window == 0.01
+    assert setup.settings.normalizer == em.RigidTendonForce()
+
+
+def test_properties_that_are_empty_are_as_if_left_out(write, tmp_path):
+    changes = dict.fromkeys(
+        ["force_set_files", "results_directory", "initial_time", "final_time", "cmc_time_window",
+         "use_fast_optimization_target", "lowpass_cutoff_frequency", "replace_force_set"], ""
+    )  # fmt: skip
+    setup = load(write(**changes))
+    assert setup.results_directory == tmp_path and setup.model.reserves == ()
+    assert (setup.motion.start, setup.motion.end, setup.settings.window) == (0.0, 0.5, 0.01)
+
+
+def test_no_file_may_be_called_unassigned(write):
+    names = ("external_loads_file", "constraints_file", "rra_controls_file", "force_set_files")
+    setup = load(write(**dict.fromkeys(names, "Unassigned")))
+    assert setup.model.reserves == ()
+
+
+def test_the_span_from_arguments(write):
+    setup = load(write(final_time=None), initial_time=0.2)
+    assert (setup.motion.start, setup.motion.end) == (0.2, 0.5)
+    setup = load(write(), initial_time=0.0, final_time=0.5)
+    assert (setup.motion.start, setup.motion.end) == (0.0, 0.5)
+
+
+def test_the_slow_target_and_the_window(write):
+    setup = load(write(use_fast_optimization_target="false", cmc_time_window="0.02"))
+    assert setup.settings.normalizer == em.MaximumIsometricForce()
+    assert (setup.settings.window, setup.settings.step) == (0.02, 0.002)
+
+
+@pytest.mark.parametrize("cutoff", ["-1", "0", "6"])
+def test_low_pass(cutoff, write):
+    found = load(write(lowpass_cutoff_frequency=cutoff)).motion
+    expected = em.Motion.from_samples(
+        TIMES, np.column_stack([SHOULDER, ELBOW]), low_pass=em.LowPass.OPENSIM,
+        cutoff=6.0 if cutoff == "6" else None,
+    )  # fmt: skip
+    for mine, theirs in zip(found(0.3), expected(0.3), strict=True):
+        np.testing.assert_allclose(mine, theirs, rtol=0, atol=1e-11)
+
+
+def test_a_motion_in_radians_by_state_paths(write):
+    text = motion(
+        ("/jointset/joint/shoulder/value", SHOULDER), ("/jointset/joint/elbow/value", ELBOW),
+        degrees=False,
+    )  # fmt: skip
+    found = load(write({"motion.mot": text})).motion
+    np.testing.assert_array_equal(found(TIMES[24])[0], [SHOULDER[24], ELBOW[24]])
+
+
+@pytest.mark.parametrize("version", [20302, 30000, 40600, None])
+def test_all_versions_and_old_files_without_a_document(version, write):
+    plain = {
+        "tasks.xml": tasks(task("shoulder"), task("elbow")),
+        "reserves.xml": members("ActuatorSet", reserve("elbow"), before="<defaults/>\n"),
+        "controls.xml": controls(control("flexor.excitation", default_max=0.5)),
+    }
+    if version is not None:
+        plain = {name: DOCUMENT.format(version, text) for name, text in plain.items()}
+    setup = load(write(plain, version=version, constraints_file="controls.xml"))
+    assert setup.model.reserves == (em.Reserve("elbow", 20.0, name="elbow_reserve"),)
+    assert setup.settings.control_limits == {"flexor": em.ControlLimits(0.02, 0.5)}
+
+
+def test_file_names_of_windows_and_several_force_sets(write, tmp_path):
+    files = {
+        "more/elbow.xml": members("ForceSet", reserve("elbow")),
+        "more/shoulder.xml": members("ForceSet", reserve("shoulder")),
+        "more/my motion.mot": MOTION,
+    }
+    names = {
+        "force_set_files": "more\\elbow.xml\n  more/shoulder.xml",
+        "desired_kinematics_file": "\n more\\my motion.mot ",
+        "results_directory": "..\\results\\cmc",
+    }
+    setup = load(write(files, **names))
+    assert len(setup.model.reserves) == 2
+    assert setup.results_directory == tmp_path / ".." / "results" / "cmc"
+    absolute = load(write(files, **names | {"results_directory": str(tmp_path / "here")}))
+    assert absolute.results_directory == tmp_path / "here"
+
+
+# -- Tasks ----------------------------------------------------------------------------------------
+
+
+def test_what_a_task_leaves_out_has_opensims_values(write):
+    text = tasks(task("elbow", kp="", kv=None, ka="1 0 0", on="", weight=""), task("shoulder"))
+    settings = load(write({"tasks.xml": text})).settings
+    assert (settings.kp, settings.kv) == ([1.0, 1.0], [0.5, 0.5])
+    assert settings.tracking_weights == [1.0, 1.0]
+
+
+def test_tasks_that_are_off_or_not_active_do_not_matter(write):
+    """Whatever they are about."""
+    text = tasks(
+        task("knee", on="false", kp="strong"),
+        '<CMC_Point name="toe"><on>false</on></CMC_Point>',
+        task("elbow", active="false true true", kp=7),
+        task("elbow", active="", kp=8),
+        task("elbow", active=None, kp=9),
+        task("elbow", kp=10),
+        task("shoulder", active="1"),
+    )
+    assert load(write({"tasks.xml": text})).settings.kp == [1.0, 10.0]
+
+
+def test_tasks_without_objects_around_them(write):
+    text = f"<CMC_TaskSet>{task('shoulder')}{task('elbow')}<datafile/></CMC_TaskSet>"
+    assert load(write({"tasks.xml": text})).settings.kp == [1.0, 1.0]
+
+
+def test_what_is_locked_or_switched_off_needs_nothing(write):
+    """Its task, reserve and controls stay in their files; the motion need not have it."""
+    inside = coordinates("shoulder") + coordinates("elbow", inside=LOCKED)
+    forces = FLEXOR + muscle(inside=OFF).replace('"muscle"', '"extensor"')
+    given = (control(f"{name}.excitation") for name in ("extensor", "flexor", "elbow_reserve"))
+    files = {"motion.mot": motion(("shoulder", SHOULDER)), "controls.xml": controls(*given)}
+    joints = JOINT.format(kind="UniversalJoint", coordinates=inside, inside="")
+    setup = load(
+        write(files, {"joints": joints, "forces": forces}, constraints_file="controls.xml")
+    )
+    assert setup.model.coordinates == ("shoulder",)
+    assert setup.settings.kp == [100.0]
+    assert [each.name for each in setup.model.reserves] == ["shoulder_reserve"]
+    assert list(setup.settings.control_limits) == ["flexor"]
+
+
+def test_controllers_that_are_switched_off(write):
+    controller = "<objects><ControlSetController><enabled>{}</enabled></ControlSetController>"
+    load(write(ControllerSet=controller.format("false") + "</objects>"))
+    with pytest.raises(em.ModelFileError, match="ControllerSet: this cannot be represented"):
+        load(write(ControllerSet=controller.format("true") + "</objects>"))
+
+
+# -- Control constraints --------------------------------------------------------------------------
+
+
+def limits(write, text):
+    file = write({"controls.xml": text}, constraints_file="controls.xml")
+    return load(file).settings.control_limits
+
+
+def test_limits_by_default(write):
+    """Of the class, and for muscles without a control."""
+    found = limits(write, controls(control("elbow_reserve")))
+    usual = em.ControlLimits(0.02, 1.0)
+    assert found == {"flexor": usual, "elbow_reserve": usual}
+    assert limits(write, "<ControlSet/>") == {"flexor": usual}
+
+
+def test_limits_of_the_files_defaults(write):
+    defaults = control(
+        "default", default_min=-3, default_max=5, use_steps="true", max_nodes=nodes((0, 4))
+    )
+    text = controls(
+        control("elbow_reserve.excitation"),
+        control("flexor", default_min=0, default_max=0.5, max_nodes="", use_steps="false"),
+        control("shoulder_reserve", default_max="", min_nodes=nodes((0, -1))),
+        defaults=defaults,
+    )
+    assert limits(write, text) == {
+        "elbow_reserve": em.ControlLimits(-3.0, ([0.0], [4.0]), steps=True),
+        "flexor": em.ControlLimits(0.0, 0.5),
+        "shoulder_reserve": em.ControlLimits(([0.0], [-1.0]), ([0.0], [4.0]), steps=True),
+    }
+
+
+@pytest.mark.parametrize("steps", [False, True])
+def test_limits_over_time(steps, write):
+    """Nodes in any order; what OpenSim keeps beside them does not matter."""
+    text = control(
+        "flexor.excitation", is_model_control="true", extrapolate="true", filter_on="false",
+        use_steps=str(steps).lower(), x_nodes=nodes((0, 0.7)), kp=100, kv=20, default_max=0.9,
+        min_nodes=nodes((0.3, 0.2), (0.1, 0.1), (0.2, 0.4)),
+    )  # fmt: skip
+    found = limits(write, controls(text))["flexor"]
+    assert found == em.ControlLimits(([0.1, 0.2, 0.3], [0.1, 0.4, 0.2]), 0.9, steps=steps)
+    assert found.at(0.15) == pytest.approx((0.4 if steps else 0.25, 0.9))
+
+
+# -- What is refused ------------------------------------------------------------------------------
+
+COUPLED = """<ConstraintSet><objects><CoordinateCouplerConstraint name="c">
+<coupled_coordinates_function><LinearFunction><coefficients>1 0</coefficients></LinearFunction>
+</coupled_coordinates_function><independent_coordinate_names>shoulder</independent_coordinate_names>
+<dependent_coordinate_name>elbow</dependent_coordinate_name></CoordinateCouplerConstraint></objects>
+</ConstraintSet>"""
+BOTH = task("shoulder"), task("elbow")
+SPRING = '<SpringGeneralizedForce name="spring"/>'
+
+
+def refused_setup(tag, value, message):
+    return {tag: value}, "setup.xml", f"<{tag}>", f"{tag}: {message}"
+
+
+def refused_tasks(where, message, *given, **changes):
+    return {"files": {"tasks.xml": tasks(*given)}, **changes}, "tasks.xml", where, message
+
+
+def refused_controls(where, message, *given, defaults=""):
+    files = {"controls.xml": controls(*given, defaults=defaults)}
+    return {"files": files, "constraints_file": "controls.xml"}, "controls.xml", where, message
+
+
+def refused_forces(where, message, *given, model=None, **more):
+    files = {"reserves.xml": members("ForceSet", *given, **more)}
+    return {"files": files, "model": model}, "reserves.xml", where, message
+
+
+MISSING = [
+    "model_file", "force_set_files", "external_loads_file", "desired_kinematics_file",
+    "task_set_file", "constraints_file",
+]  # fmt: skip
+REFUSED = [
+    *(refused_setup(tag, "nothing.xml", "there is no file ") for tag in MISSING),
+    refused_setup("force_set_files", "reserves.xml nothing.xml", "there is no file "),
+    *(
+        refused_setup(tag, "", "it is empty")
+        for tag in ("model_file", "desired_kinematics_file", "task_set_file")
+    ),
+    *(
+        refused_setup(tag, "given.xml", "this cannot be represented")
+        for tag in ("rra_controls_file", "desired_points_file", "actuators_to_exclude")
+    ),
+    refused_setup("replace_force_set", "true", "true: forces can only be added"),
+    refused_setup("replace_force_set", "perhaps", "expected true or false, got 'perhaps'"),
+    refused_setup("use_fast_optimization_target", "true false", "expected true or false"),
+    refused_setup("initial_time", "soon", "expected numbers, got 'soon'"),
+    refused_setup("final_time", "inf", "expected numbers, got 'inf'"),
+    refused_setup("lowpass_cutoff_frequency", "6 Hz", "expected numbers, got '6 Hz'"),
+    refused_setup("cmc_time_window", "1 2", "expected 1 numbers, got 2"),
+    refused_setup("cmc_time_window", "0", "window = 0.0 s is outside"),
+    refused_setup("time_range", "0 1", "this is not known"),
+    ({"model_file": None}, "setup.xml", "<CMCTool", "there is no model_file in it"),
+    ({"initial_time": "0.6"}, "setup.xml", "<desired_kinematics_file>", "0.6 to 0.4 s is empty"),
+    ({"final_time": "0.6"}, "setup.xml", "<desired_kinematics_file>",
+     "the motion spans [0, 0.5] s, asked for t = 0.6 s"),
+    ({"final_time": "0.5000001"}, "setup.xml", "<desired_kinematics_file>",
+     "the motion spans [0, 0.5] s, asked for t = 0.5000001 s"),
+    refused_tasks('"knee"', "'knee' cannot be tracked: the model's independent coordinates are "
+                  "shoulder, elbow", *BOTH, task("knee")),
+    refused_tasks('"elbow"', "'elbow' cannot be tracked: the model's independent coordinates are "
+                  "shoulder", *BOTH, model={"rest": COUPLED}, force_set_files=""),
+    refused_tasks('"again"', "'elbow' has another task, in line", *BOTH,
+                  task("elbow").replace('name="elbow"', 'name="again"')),
+    refused_tasks("CMC_Point", "CMC_Point 'toe': this cannot be represented", *BOTH,
+                  '<CMC_Point name="toe"/>'),
+    refused_tasks("<ka>", "ka: 0: only 1 can be represented", task("elbow", ka="0 1 1")),
+    refused_tasks("<kp>", "kp: expected numbers, got 'strong'", task("elbow", kp="strong")),
+    refused_tasks("CMC_Joint", "kp = -1.0 1/s^2 is outside", task("elbow", kp=-1)),
+    refused_tasks("CMC_Joint", "tracking_weights = 0.0 is outside", task("elbow", weight=0)),
+    refused_tasks("<on>", "on: expected true or false, got 'yes'", task("elbow", on="yes")),
+    refused_tasks("<active>", "active: expected true or false", task("elbow", active="y n n")),
+    refused_tasks("<coordinate>", "coordinate: it is empty", task("")),
+    refused_tasks("<gain>", "gain: this is not known", task("elbow", gain=3)),
+    ({"files": {"tasks.xml": tasks(task("elbow"))}}, "setup.xml", "<task_set_file>",
+     "no task that is on and active tracks shoulder"),
+    ({"files": {"tasks.xml": tasks(task("elbow"), task("shoulder", active=None))}}, "setup.xml",
+     "<task_set_file>", "no task that is on and active tracks shoulder"),
+    ({"files": {"tasks.xml": controls()}}, "tasks.xml", "<ControlSet",
+     "this is not a CMC_TaskSet file"),
+    refused_forces("SpringGen", "ForceSet / SpringGeneralizedForce 'spring': this cannot", SPRING),
+    refused_forces("<coordinate>", "'knee' is no independent coordinate", reserve("knee")),
+    refused_forces("<coordinate>", "'elbow' is no independent coordinate, those are shoulder",
+                   reserve("elbow"), model={"rest": COUPLED}),
+    refused_forces("<optimal_force>", "expected numbers, got '1,5'", reserve("elbow", "1,5")),
+    refused_forces("<defaults>", "defaults: this cannot be represented",
+                   before="<defaults><CoordinateActuator/></defaults>\n"),
+    ({"files": {"reserves.xml": tasks()}}, "reserves.xml", "<CMC_TaskSet",
+     "this is not a ForceSet or ActuatorSet file"),
+    refused_controls('"toe.excitation"', "there is no actuator 'toe', only flexor, elbow_reserve",
+                     control("toe.excitation")),
+    refused_controls('"flexor"', "'flexor' has another control, in line",
+                     control("flexor.excitation"), control("flexor")),
+    refused_controls('"flexor"', "muscle 'flexor': control limits [0.02, 1.5] at t = 0 s are "
+                     "outside [0, 1]", control("flexor", default_max=1.5)),
+    refused_controls('"flexor"', "control limits [-0.1, 1] at t = 0.2 s are outside [0, 1]",
+                     control("flexor", min_nodes=nodes((0, 0), (0.2, -0.1)))),
+    refused_controls('"flexor"', "a maximum control of 0.005 at t = 0 s is below",
+                     control("flexor", default_min=0, default_max=0.005)),
+    refused_controls('"elbow_reserve"', "minimum 2 is above maximum 1 at t = 0 s",
+                     control("elbow_reserve", default_min=2)),
+    refused_controls('"flexor"', "minimum is a number, or increasing times",
+                     control("flexor", min_nodes=nodes((0.1, 0.2), (0.1, 0.3)))),
+    refused_controls("<min_nodes>", "value: expected numbers, got 'low'",
+                     control("flexor", min_nodes=nodes((0, "low")))),
+    refused_controls("<min_nodes>", "there is no t in it",
+                     control("flexor", min_nodes="<ControlLinearNode/>")),
+    refused_controls("<curve>", "curve: this is not known", control("flexor", curve=1)),
+    refused_controls("<curve>", "curve: this is not known", defaults=control("usual", curve=1)),
+    refused_controls("ControlConstant", "this cannot be represented",
+                     '<ControlConstant name="flexor"/>'),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("changes", "name", "where", "message"), REFUSED)
+def test_what_is_refused_is_named_with_file_and_line(changes, name, where, message, write):
+    file = write(**changes).with_name(name)
+    lines = file.read_text().splitlines()
+    number = next(k for k, line in enumerate(lines, 1) if where in line)
+    with pytest.raises(em.ModelFileError) as caught:
+        load(file.with_name("setup.xml"))
+    assert str(caught.value).startswith(f"{file}, line {number}: ")
+    assert message in str(caught.value)
+
+
+def test_a_name_that_is_no_beginning_of_a_file_name(write):
+    file = write()
+    file.write_text(file.read_text().replace('"small"', '"subject/small"'))
+    with pytest.raises(em.ModelFileError, match=r"setup\.xml, line 3: .* has a slash in it"):
+        load(file)
+
+
+@pytest.mark.parametrize(
+    ("text", "error", "message"),
+    [
+        (motion(("shoulder", SHOULDER)), em.StorageError, "no column for coordinate 'elbow'"),
+        (MOTION.replace("0.0\t", "none\t", 1), em.StorageError, "'none' in column"),
+        (MOTION.replace("endheader", ""), em.StorageError, "endheader"),
+        (motion(("shoulder", SHOULDER), ("elbow", ELBOW * np.nan)), em.MotionError,
+         "coordinate 'elbow' is nan at t = 0 s"),
+    ],
+)  # fmt: skip
+def test_motions_that_are_refused(text, error, message, write):
+    with pytest.raises(error, match=rf"motion\.mot.*{re.escape(message)}"):
+        load(write({"motion.mot": text}))
+
+
+def test_a_filter_that_the_motion_is_too_short_for(write):
+    with pytest.raises(em.MotionError, match=r"motion\.mot: filtering at 1 Hz needs a record"):
+        load(write(lowpass_cutoff_frequency="1"))
+
+
+# -- The command line -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", ["cmc", "csf", "css"])
+def test_results_go_where_the_setup_says(method, write, tmp_path, capsys):
+    file = write(results_directory="results/of/today")
+    assert main(["cmc", str(file), "--method", method, "--final-time", "0.15"]) == 0
+    folder = tmp_path / "results" / "of" / "today"
+    result = em.Trajectory.load(folder / f"small_{method}.npz")
+    assert (result.time[0], result.time[-1]) == (0.1, pytest.approx(0.15))
+    assert result.max_unmet_torque == 0.0
+    assert result.tracking_error_rms().max() < 1e-3
+    printed = capsys.readouterr().out
+    assert f"small, {method.upper()}: complete, t = 0.1 to 0.15 s" in printed
+    controls = em.read_storage(folder / f"small_{method}_controls.sto")
+    assert controls.labels == ("flexor", "elbow_reserve", "shoulder_reserve")
+
+
+def test_results_go_where_the_command_says(write, tmp_path):
+    options = ["--initial-time", "0.2", "--final-time", "0.22", "--out", str(tmp_path / "a" / "b")]
+    assert main(["cmc", str(write()), *options]) == 0
+    assert em.Trajectory.load(tmp_path / "a" / "b" / "small_cmc.npz").time[0] == 0.2
+    assert not (tmp_path / "results").exists()
+
+
+@pytest.mark.parametrize(
+    ("changes", "options", "message"),
+    [
+        ({}, ["--initial-time", "0.6"], r"setup\.xml, line 21: .*from 0\.6 to 0\.4 s is empty"),
+        ({}, ["--initial-time", "0.6", "--final-time", "0.7"],
+         r"setup\.xml, line 21: .*the motion spans \[0, 0\.5\] s, asked for t = 0\.7 s"),
+        ({}, ["--initial-time", "nan"], r"setup\.xml, line 21: .*from nan to 0\.4 s is empty"),
+        ({"task_set_file": "nothing.xml"}, [], r"setup\.xml, line 22: .*there is no file"),
+        ({"files": {"tasks.xml": "<CMC_TaskSet>"}}, [], r"tasks\.xml: not well-formed XML"),
+        ({"files": {"motion.mot": "motion"}}, [], r"motion\.mot"),
+    ],
+)  # fmt: skip
+def test_a_bad_setup_is_one_line_and_nothing_runs(
+    changes, options, message, write, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr("exudyn_muscles.methods.cmc.simulate", None)
+    assert main(["cmc", str(write(**changes)), *options, "--out", str(tmp_path / "out")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.match(rf"exudyn-muscles: error: .*{message}", line)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_setup_that_is_not_there(tmp_path, capsys):
+    assert main(["cmc", str(tmp_path / "none.xml")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == f"exudyn-muscles: error: {tmp_path / 'none.xml'}: No such file or directory"
+
+
+def test_a_results_directory_that_cannot_be_made(write, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("exudyn_muscles.methods.cmc.simulate", None)
+    assert main(["cmc", str(write(results_directory="model.osim"))]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == f"exudyn-muscles: error: {tmp_path / 'model.osim'}: File exists"
+
+
+def test_a_span_without_a_window(write, capsys, monkeypatch):
+    monkeypatch.setattr("exudyn_muscles.methods.cmc.simulate", None)
+    assert main(["cmc", str(write()), "--final-time", "0.105"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.endswith("step = 0.01 s is longer than the span of 0.005 s")
