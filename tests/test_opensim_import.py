@@ -534,6 +534,25 @@ def test_properties_of_the_three_classes(write):
     assert found.law == em.DeGrooteFregly2016(fiber_damping=0.02)
 
 
+def test_limits_of_excitations_are_the_muscles(write):
+    """Beyond 0 and 1 they mean these; elements of older classes mean nothing."""
+    old = (
+        "<MuscleFirstOrderActivationDynamicModel><a>0</a></MuscleFirstOrderActivationDynamicModel>"
+    )
+    for given, expected in ((("0.1", "0.5"), (0.1, 0.5)), (("-inf", "2"), (0.0, 1.0))):
+        inside = "<min_control>{}</min_control><max_control>{}</max_control>".format(*given)
+        (found,) = em.opensim.load_model(write(forces=muscle(inside=inside + old))).muscles
+        assert (found.min_control, found.max_control) == expected
+
+
+def test_passive_stiffness_that_follows_from_the_strains(write):
+    inside = STIFFNESS.replace(">3<", ">4<")
+    (found,) = em.opensim.load_model(
+        write(forces=muscle("Millard2012EquilibriumMuscle", inside=inside))
+    ).muscles
+    assert found.law == em.Millard2012(fiber_strain_at_one_norm_force=0.5)
+
+
 def test_actuators_of_coordinates_become_reserves_and_what_is_switched_off_is_left_out(write):
     actuator = (
         '<CoordinateActuator name="r"><coordinate>angle</coordinate><optimal_force>5'
@@ -630,6 +649,10 @@ SECOND = (
     f'<CoordinateCouplerConstraint name="d">{coupled("b")}</CoordinateCouplerConstraint></objects>'
 )
 SINE = '<Sine name="function"/>'
+STIFFNESS = (
+    "<FiberForceLengthCurve><stiffness_at_one_norm_force>3</stiffness_at_one_norm_force>"
+    "<strain_at_one_norm_force>0.5</strain_at_one_norm_force></FiberForceLengthCurve>"
+)
 CURVINESS = "<FiberForceLengthCurve><curviness>0.5</curviness></FiberForceLengthCurve>"
 
 
@@ -681,8 +704,9 @@ def changed(of, old, new):
         ({"forces": muscle(inside="<Flen>0.5</Flen>")}, "Thelen2003: flen = 0.5 is outside"),
         ({"forces": muscle(inside="<ignore_activation_dynamics>true</ignore_activation_dynamics>")},
          "ignore_activation_dynamics: this cannot"),
-        ({"forces": muscle(inside="<max_control>0.5</max_control>")}, "max_control: less than 1"),
-        ({"forces": muscle(inside="<min_control>0.1</min_control>")}, "min_control: more than"),
+        ({"forces": muscle(inside="<max_control>0</max_control>")}, "max_control = 0 is below"),
+        ({"forces": muscle("Millard2012EquilibriumMuscle", inside=STIFFNESS)},
+         "FiberForceLengthCurve / stiffness_at_one_norm_force: 3: only 4 can"),
         ({"forces": muscle("Millard2012EquilibriumMuscle", inside=CURVINESS)},
          "FiberForceLengthCurve / curviness: 0.5: only 0.75 can"),
         ({"forces": muscle(wraps='<PathWrap name="p"><wrap_object>w</wrap_object></PathWrap>')},

@@ -140,7 +140,7 @@ def test_a_setup_as_opensim_prints_it(write, tmp_path):
     )
     settings = setup.settings
     assert (settings.kp, settings.kv) == ([100.0, 400.0], [20.0, 40.0])
-    assert settings.tracking_weights == [1.0, 3.0]
+    assert settings.coordinate_weights == [1.0, 3.0]
     assert (settings.window, settings.step) == (0.01, 0.001)
     assert settings.normalizer == em.RigidTendonForce()
     assert settings.prediction is em.Prediction.DESIRED
@@ -196,6 +196,39 @@ def test_the_span_from_arguments(write):
     assert (setup.motion.start, setup.motion.end) == (0.2, 0.5)
     setup = load(write(), initial_time=0.0, final_time=0.5)
     assert (setup.motion.start, setup.motion.end) == (0.0, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "span"),
+    [
+        ({"final_time": "0.6"}, (0.1, 0.5)),
+        ({"final_time": "inf"}, (0.1, 0.5)),
+        ({"initial_time": "-1"}, (0.0, 0.4)),
+    ],
+)
+def test_a_span_beyond_the_motion_is_cut_with_a_warning(changes, span, write):
+    (tag,) = changes
+    with pytest.warns(
+        em.SpanWarning, match=rf"line \d+: CMCTool 'small' / {tag}: .*; the run takes"
+    ):
+        setup = load(write(**changes))
+    assert (setup.motion.start, setup.motion.end) == span
+
+
+def test_a_span_of_ones_own_beyond_the_motion_is_an_error(write):
+    message = r"desired_kinematics_file: the motion spans \[0, 0.5\] s, asked for t = 0.5000001 s"
+    with pytest.raises(em.ModelFileError, match=message):
+        load(write(), final_time=0.5000001)
+
+
+def test_defaults_of_a_file_hold_for_what_its_objects_leave_out(write):
+    usual = "<CoordinateActuator><optimal_force>7</optimal_force></CoordinateActuator>"
+    given = '<CoordinateActuator name="r"><coordinate>elbow</coordinate></CoordinateActuator>'
+    text = members(
+        "ActuatorSet", given, reserve("shoulder", 5), before=f"<defaults>{usual}</defaults>"
+    )
+    setup = load(write(files={"reserves.xml": text}))
+    assert [each.optimal_force for each in setup.model.reserves] == [7.0, 5.0]
 
 
 def test_the_slow_target_and_the_window(write):
@@ -263,7 +296,7 @@ def test_what_a_task_leaves_out_has_opensims_values(write):
     text = tasks(task("elbow", kp="", kv=None, ka="1 0 0", on="", weight=""), task("shoulder"))
     settings = load(write({"tasks.xml": text})).settings
     assert (settings.kp, settings.kv) == ([1.0, 1.0], [0.5, 0.5])
-    assert settings.tracking_weights == [1.0, 1.0]
+    assert settings.coordinate_weights == [1.0, 1.0]
 
 
 def test_tasks_that_are_off_or_not_active_do_not_matter(write):
@@ -402,17 +435,12 @@ REFUSED = [
     refused_setup("replace_force_set", "perhaps", "expected true or false, got 'perhaps'"),
     refused_setup("use_fast_optimization_target", "true false", "expected true or false"),
     refused_setup("initial_time", "soon", "expected numbers, got 'soon'"),
-    refused_setup("final_time", "inf", "expected numbers, got 'inf'"),
     refused_setup("lowpass_cutoff_frequency", "6 Hz", "expected numbers, got '6 Hz'"),
     refused_setup("cmc_time_window", "1 2", "expected 1 numbers, got 2"),
     refused_setup("cmc_time_window", "0", "window = 0.0 s is outside"),
     refused_setup("time_range", "0 1", "this is not known"),
     ({"model_file": None}, "setup.xml", "<CMCTool", "there is no model_file in it"),
-    ({"initial_time": "0.6"}, "setup.xml", "<desired_kinematics_file>", "0.6 to 0.4 s is empty"),
-    ({"final_time": "0.6"}, "setup.xml", "<desired_kinematics_file>",
-     "the motion spans [0, 0.5] s, asked for t = 0.6 s"),
-    ({"final_time": "0.5000001"}, "setup.xml", "<desired_kinematics_file>",
-     "the motion spans [0, 0.5] s, asked for t = 0.5000001 s"),
+    ({"initial_time": "0.45"}, "setup.xml", "<desired_kinematics_file>", "0.45 to 0.4 s is empty"),
     refused_tasks('"knee"', "'knee' cannot be tracked: the model's independent coordinates are "
                   "shoulder, elbow", *BOTH, task("knee")),
     refused_tasks('"elbow"', "'elbow' cannot be tracked: the model's independent coordinates are "
@@ -424,7 +452,7 @@ REFUSED = [
     refused_tasks("<ka>", "ka: 0: only 1 can be represented", task("elbow", ka="0 1 1")),
     refused_tasks("<kp>", "kp: expected numbers, got 'strong'", task("elbow", kp="strong")),
     refused_tasks("CMC_Joint", "kp = -1.0 1/s^2 is outside", task("elbow", kp=-1)),
-    refused_tasks("CMC_Joint", "tracking_weights = 0.0 is outside", task("elbow", weight=0)),
+    refused_tasks("CMC_Joint", "coordinate_weights = 0.0 is outside", task("elbow", weight=0)),
     refused_tasks("<on>", "on: expected true or false, got 'yes'", task("elbow", on="yes")),
     refused_tasks("<active>", "active: expected true or false", task("elbow", active="y n n")),
     refused_tasks("<coordinate>", "coordinate: it is empty", task("")),
@@ -440,10 +468,8 @@ REFUSED = [
     refused_forces("<coordinate>", "'elbow' is no independent coordinate, those are shoulder",
                    reserve("elbow"), model={"rest": COUPLED}),
     refused_forces("<optimal_force>", "expected numbers, got '1,5'", reserve("elbow", "1,5")),
-    refused_forces("<defaults>", "defaults: this cannot be represented",
-                   before="<defaults><CoordinateActuator/></defaults>\n"),
     ({"files": {"reserves.xml": tasks()}}, "reserves.xml", "<CMC_TaskSet",
-     "this is not a ForceSet or ActuatorSet file"),
+     "this is not a ForceSet file"),
     refused_controls('"toe.excitation"', "there is no actuator 'toe', only flexor, elbow_reserve",
                      control("toe.excitation")),
     refused_controls('"flexor"', "'flexor' has another control, in line",
@@ -463,7 +489,8 @@ REFUSED = [
     refused_controls("<min_nodes>", "there is no t in it",
                      control("flexor", min_nodes="<ControlLinearNode/>")),
     refused_controls("<curve>", "curve: this is not known", control("flexor", curve=1)),
-    refused_controls("<curve>", "curve: this is not known", defaults=control("usual", curve=1)),
+    refused_controls("<curve>", "curve: this is not known", control("flexor"),
+                     defaults=control("usual", curve=1)),
     refused_controls("ControlConstant", "this cannot be represented",
                      '<ControlConstant name="flexor"/>'),
 ]  # fmt: skip

@@ -30,6 +30,9 @@ class RecruitmentSettings:
     weights : mapping of str to float
         Of muscles in the objective (10), by name; 1 for those that are not named. An ideal
         actuator's weight is its optimal force.
+    coordinate_weights : float or (n,) sequence of float
+        Where a demand is out of reach, coordinates with larger weights come nearer to theirs; only
+        their ratios matter.
     control_limits : mapping of str to ControlLimits
         Of muscles and ideal actuators, by name; for the others see `MusculoskeletalModel`.
     solver : Solver
@@ -49,6 +52,7 @@ class RecruitmentSettings:
 
     normalizer: Normalizer = ReachableMaximum()  # noqa: RUF009 (frozen, too)
     weights: Mapping[str, float] = field(default_factory=dict)
+    coordinate_weights: float | Sequence[float] = 1.0
     control_limits: Mapping[str, ControlLimits] = field(default_factory=dict)
     solver: Solver = Solver.DAQP
     window_tolerance: float = DEFAULT_TOLERANCE
@@ -61,6 +65,7 @@ class RecruitmentSettings:
             raise ParameterError(f"solver = {self.solver!r} is not one of {list(Solver)}")
         if not callable(self.normalizer):
             raise ParameterError(f"normalizer = {self.normalizer!r} is not a function")
+        _check_each("coordinate_weights", self.coordinate_weights, 1e-6, 1e6)
         for name, weight in self.weights.items():
             number_within(f"weights: '{name}'", weight, 1e-6, 1e6)
         for name, limits in self.control_limits.items():
@@ -78,21 +83,16 @@ class TrackingSettings(RecruitmentSettings):
         Position gain [1/s^2], one for all coordinates or one for each; 100 as usual in OpenSim.
     kv : float or (n,) sequence of float, optional
         Velocity gain [1/s]; 2 sqrt(kp) if left out, critical damping.
-    tracking_weights : float or (n,) sequence of float
-        Where a demand is out of reach, coordinates with larger weights come nearer to theirs; only
-        their ratios matter.
     """
 
     kp: float | Sequence[float] = 100.0
     kv: float | Sequence[float] | None = None
-    tracking_weights: float | Sequence[float] = 1.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
         _check_each("kp", self.kp, 0.0, math.inf, "1/s^2")
         if self.kv is not None:
             _check_each("kv", self.kv, 0.0, math.inf, "1/s")
-        _check_each("tracking_weights", self.tracking_weights, 1e-6, 1e6)
 
     @property
     def velocity_gain(self) -> float | np.ndarray:
@@ -114,10 +114,10 @@ def _check_each(name: str, values: ArrayLike, low: float, high: float, unit: str
         number_within(name, values, low, high, unit)
 
 
-def check_gains(settings: TrackingSettings, coordinates: Sequence[str]) -> None:
+def check_sizes(settings: RecruitmentSettings, coordinates: Sequence[str]) -> None:
     """Raise ParameterError unless what is given for each coordinate fits the coordinates."""
-    for name in ("kp", "kv", "tracking_weights"):
-        size = np.size(getattr(settings, name))
+    for name in ("kp", "kv", "coordinate_weights"):
+        size = np.size(getattr(settings, name, 1.0))
         if size not in (1, len(coordinates)):
             raise ParameterError(
                 f"{name} has {size} values for the {len(coordinates)} coordinates "
@@ -147,7 +147,7 @@ def tracking_start(
         Motion or settings do not fit the model, or muscles do not fit their paths in it.
     """
     check_motion(motion, model.coordinates)
-    check_gains(settings, model.coordinates)
+    check_sizes(settings, model.coordinates)
     start = motion.start if start is None else start
     model.check_lengths(motion(np.linspace(start, motion.end, 101))[0])
     return start

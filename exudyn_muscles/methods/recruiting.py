@@ -46,7 +46,7 @@ class MuscleOptimization:
             model.muscles, settings.window_tolerance, settings.integrator
         )
         self._limits = Limits(settings.control_limits, model.muscles, model.reserves)
-        self._recruiter = Recruiter(settings.solver, getattr(settings, "tracking_weights", 1.0))
+        self._recruiter = Recruiter(settings.solver, settings.coordinate_weights)
         self._cheaper = _cheaper(settings.weights, model.muscles)
         self._optimal = np.array([actuator.optimal_force for actuator in model.reserves])
 

@@ -18,7 +18,7 @@ from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..result import Counts, Recorder, Status, Trajectory
 from ..skeleton import original, raise_as_itself
-from .control import RecruitmentSettings, check_settings, check_step
+from .control import RecruitmentSettings, check_settings, check_sizes, check_step
 from .recruiting import MuscleOptimization
 from .run import number_of_steps
 
@@ -85,6 +85,7 @@ def static_optimization(
         settings = replace(settings, step=step)
     step = settings.step
     check_motion(motion, model.coordinates)
+    check_sizes(settings, model.coordinates)
     counts = Counts()
     record = Recorder("static", model, settings, counts, motion)
     steps = number_of_steps(motion.start, motion.end, step)

@@ -134,7 +134,7 @@ def load_setup(
             control_limits=_limits(tool, content),
             kp=[task.kp for task in tasks],
             kv=[task.kv for task in tasks],
-            tracking_weights=[task.weight for task in tasks],
+            coordinate_weights=[task.weight for task in tasks],
         )
     except ParameterError as error:  # gains and weights have been checked
         raise tool.get("cmc_time_window").error(str(error)) from None

@@ -52,7 +52,7 @@ def read_tasks(file: str | Path) -> Mapping[str, Task]:
         if ka != 1.0:
             raise element.get("ka").error(f"{ka:g}: only 1 can be represented")
         try:
-            TrackingSettings(kp=kp, kv=kv, tracking_weights=weight)
+            TrackingSettings(kp=kp, kv=kv, coordinate_weights=weight)
         except ParameterError as error:
             raise element.error(str(error)) from None
         coordinate = element.word("coordinate")

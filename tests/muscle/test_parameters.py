@@ -29,7 +29,10 @@ def test_bad_value_is_named(parameter, value):
         assert part in str(error.value)
 
 
-@pytest.mark.parametrize("parameter", [name for name in RANGES if "pennation" not in name])
+POSITIVE = [name for name in RANGES if "pennation" not in name and "control" not in name]
+
+
+@pytest.mark.parametrize("parameter", POSITIVE)
 def test_zero_is_not_allowed(parameter):
     with pytest.raises(em.ParameterError, match=parameter):
         em.Muscle("flexor", **{**GOOD, parameter: 0.0})
@@ -38,9 +41,15 @@ def test_zero_is_not_allowed(parameter):
 @pytest.mark.parametrize("parameter", RANGES)
 def test_ends_of_the_range_are_allowed(parameter):
     for value in RANGES[parameter][:2]:
-        if (parameter, value) == ("maximum_pennation_angle", 0.0):
-            continue  # below the pennation at the optimal length
+        if (parameter, value) in (("maximum_pennation_angle", 0.0), ("max_control", 0.0)):
+            continue  # below the pennation at the optimal length, or the minimum activation
         assert getattr(em.Muscle("flexor", **{**GOOD, parameter: value}), parameter) == value
+
+
+def test_limits_of_excitations_that_leave_none():
+    for limits in ({"max_control": 0.005}, {"min_control": 0.6, "max_control": 0.5}):
+        with pytest.raises(em.ParameterError, match=r"'flexor': max_control = .* is below"):
+            em.Muscle("flexor", **GOOD, **limits)
 
 
 @pytest.mark.parametrize("angle", [-0.1, 1.5, math.pi / 2, math.nan])

@@ -1,5 +1,6 @@
 """Limits of controls over time."""
 
+import dataclasses
 import re
 
 import numpy as np
@@ -19,6 +20,15 @@ def test_without_limits_of_their_own():
     u, forces = Limits({}, MUSCLES, RESERVES).at(0.3)
     np.testing.assert_array_equal(u, [[0.01, 0.01], [1.0, 1.0]])
     np.testing.assert_array_equal(forces, [[-40.0, -np.inf], [60.0, np.inf]])
+
+
+def test_the_muscles_own_limits():
+    own = em.MuscleSet(
+        [dataclasses.replace(muscle, min_control=0.1, max_control=0.7) for muscle in MUSCLES]
+    )
+    given = {"flexor": em.ControlLimits(0.0, 1.0)}
+    u, _ = Limits(given, own, RESERVES).at(0.0)
+    np.testing.assert_array_equal(u, [[0.01, 0.1], [1.0, 0.7]])
 
 
 def test_constant_limits():
