@@ -11,6 +11,7 @@ import pytest
 
 import exudyn_muscles as em
 from exudyn_muscles import cli
+from exudyn_muscles.cli import names, report, sources
 from exudyn_muscles.result import POINTS, WINDOWS
 
 from .opensim import REFERENCE, needs_opensim_files
@@ -67,7 +68,7 @@ def csf_file(tmp_path_factory):
 # run
 
 
-@pytest.mark.parametrize("method", cli.METHODS)
+@pytest.mark.parametrize("method", names.METHODS)
 def test_run_writes_result_and_figures(method, tmp_path, capsys):
     out = tmp_path / "new" / "out"
     assert cli.main(["run", str(PENDULUM), "--method", method, "--out", str(out)]) == 0
@@ -265,7 +266,7 @@ def test_compare(tmp_path, capsys):
 
     printed = capsys.readouterr()
     assert printed.err == ""
-    for label in cli.METHODS.values():
+    for label in names.METHODS.values():
         assert f"\n{label} " in printed.out
 
     found = json.loads(file.read_text())
@@ -273,7 +274,7 @@ def test_compare(tmp_path, capsys):
     assert found["csf"]["rms_error_deg"] == pytest.approx(0.0186, rel=0.02)
     assert found["cmc"]["rms_error_deg"] < found["csf"]["rms_error_deg"]
     assert found["css"]["rms_error_deg"] <= 0.1215
-    for method in cli.METHODS:
+    for method in names.METHODS:
         row = found[method]
         assert row["cpu_s"] > 0.0
         assert 1.0 <= row["recruitments_per_step"] <= 2.1
@@ -293,7 +294,7 @@ def test_compare(tmp_path, capsys):
 
 
 def test_json_has_no_nan():
-    assert cli._finite({"a": float("nan"), "b": {"c": float("inf"), "d": 1.0}}) == {
+    assert report.finite({"a": float("nan"), "b": {"c": float("inf"), "d": 1.0}}) == {
         "a": None,
         "b": {"c": None, "d": 1.0},
     }
@@ -375,7 +376,7 @@ def law_file(tmp_path, monkeypatch):
     return str(file)
 
 
-@pytest.mark.parametrize("name", cli.LAWS)
+@pytest.mark.parametrize("name", names.LAWS)
 @pytest.mark.parametrize("options", [[], ["--rigid"]])
 def test_curves_of_the_built_in_laws(name, options, tmp_path, capsys):
     file = tmp_path / "new" / f"{name}.png"
@@ -388,7 +389,7 @@ def test_curves_of_the_built_in_laws(name, options, tmp_path, capsys):
 def test_every_law_of_the_package_has_its_curves():
     laws = {name for name in em.__all__ if isinstance(getattr(em, name), type)
             and issubclass(getattr(em, name), em.MuscleLaw)}  # fmt: skip
-    assert laws == {*cli.LAWS, "MuscleLaw", "CustomLaw"}
+    assert laws == {*names.LAWS, "MuscleLaw", "CustomLaw"}
 
 
 def test_curves_are_written_here_if_no_file_is_named(tmp_path, monkeypatch, capsys):
@@ -408,8 +409,8 @@ def test_curves_of_a_law_of_ones_own(law_file, tmp_path):
 
 
 def test_damping_of_a_law():
-    assert cli.load_law("Millard2012") == em.Millard2012()
-    assert cli._damped(em.Millard2012(), 0.0) == em.Millard2012(fiber_damping=0.0)
+    assert sources.load_law("Millard2012") == em.Millard2012()
+    assert sources.damped(em.Millard2012(), 0.0) == em.Millard2012(fiber_damping=0.0)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,7 @@
+"""`python -m exudyn_muscles.cli`."""
+
+import sys
+
+from .main import main
+
+sys.exit(main())

@@ -1,0 +1,176 @@
+"""The commands; each returns its exit status."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+from .files import made_folder, save_figure, write
+from .names import CMC_STEPS, DIFFER, KP, METHODS, STEP
+from .report import (
+    comparison_text,
+    excitation_difference,
+    exit_status,
+    figures_of_merit,
+    finite,
+    summary,
+)
+from .settings import method_function, refuse_foreign_options, velocity_gain
+from .sources import damped, load_law, load_model
+from .terminal import announce, one_line_warnings, progress_bar
+
+if TYPE_CHECKING:
+    from ..result import Trajectory
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """One motion by one method."""
+    method = arguments.method
+    refuse_foreign_options(arguments)
+    out = arguments.out and made_folder(arguments.out)
+    announce()
+    model, motion = load_model(arguments.model, arguments.motion, arguments.cutoff)
+    usual_step = STEP / CMC_STEPS if method == "cmc" else STEP
+    compute = method_function(
+        method,
+        step=usual_step if arguments.step is None else arguments.step,
+        window=STEP if arguments.window is None else arguments.window,
+        kp=KP if arguments.kp is None else arguments.kp,
+        kv=arguments.kv,
+        predictor=arguments.predictor or "constant",
+    )
+    with progress_bar(arguments, METHODS[method], motion.end - motion.start, "s") as bar:
+        trajectory = compute(model, motion, lambda t: bar.update(t - motion.start - bar.n))
+
+    print(summary(arguments.model.stem, trajectory, model))
+    if out is not None:
+        write(trajectory, model, out / f"{arguments.model.stem}_{method}", arguments.sto)
+    return exit_status(trajectory)
+
+
+def cmc(arguments: argparse.Namespace) -> int:
+    """A set-up file of OpenSim's CMC."""
+    from .. import opensim
+    from ..methods.cmc import computed_muscle_control
+    from ..methods.cosimulation import Scheme, cosimulate
+
+    announce()
+    setup = opensim.load_setup(
+        arguments.model,
+        initial_time=arguments.initial_time,
+        final_time=arguments.final_time,
+    )
+    out = arguments.out = made_folder(arguments.out or setup.results_directory)
+    model, motion, method = setup.model, setup.motion, arguments.method
+    compute: Callable[..., Trajectory]
+    if method == "cmc":
+        compute = partial(computed_muscle_control, settings=setup.settings)
+    else:
+        compute = partial(cosimulate, settings=setup.cosimulation(Scheme(method)))
+    with progress_bar(arguments, METHODS[method], motion.end - motion.start, "s") as bar:
+        trajectory = compute(model, motion, progress=lambda t: bar.update(t - motion.start - bar.n))
+
+    print(summary(setup.name, trajectory, model))
+    write(trajectory, model, out / f"{setup.name}_{method}", sto=True)
+    return exit_status(trajectory)
+
+
+def compare(arguments: argparse.Namespace) -> int:
+    """One motion by all methods, side by side."""
+    out, step = arguments.out and made_folder(arguments.out), arguments.step
+    if arguments.json is not None:
+        made_folder(arguments.json.parent)
+    announce()
+    model, motion = load_model(arguments.model, arguments.motion, arguments.cutoff)
+    name = arguments.model.stem
+    best: dict[str, float] = {}
+    results: dict[str, Trajectory] = {}
+    runs = 1 + arguments.repeat
+    with progress_bar(arguments, name, len(METHODS) * runs, "runs") as bar:
+        for method, label in METHODS.items():
+            bar.set_description_str(f"{name}, {label}", refresh=False)
+            with one_line_warnings(label):
+                compute = method_function(
+                    method,
+                    step=step / CMC_STEPS if method == "cmc" else step,
+                    window=step,
+                    kp=arguments.kp,
+                    kv=arguments.kv,
+                )
+                times = []
+                for _ in range(runs):  # the first one compiles and fills caches
+                    results[method] = compute(model, motion, None)
+                    times.append(results[method].cpu_time)
+                    bar.update()
+            best[method] = min(times[1:])
+            if out is not None:
+                results[method].save(out / f"{name}_{method}.npz")
+
+    rows = {m: figures_of_merit(results[m], model, best[m]) for m in METHODS}
+    differences = {
+        f"{m}_csf": excitation_difference(results[m], results["csf"]) for m in ("static", "cmc")
+    }
+    print(comparison_text(arguments, results, model, motion, rows, differences))
+    if arguments.json is not None:
+        content = {
+            "model": name,
+            **{m: {**rows[m], "settings": dict(results[m].settings)} for m in METHODS},
+            "max_excitation_difference": differences,
+            "settings": {
+                "kp": arguments.kp,
+                "kv": velocity_gain(arguments),
+                "step": step,
+                "cmc_window": step,
+                "cmc_step": step / CMC_STEPS,
+                "repeat": arguments.repeat,
+            },
+            "versions": dict(results["csf"].versions),
+        }
+        arguments.json.write_text(json.dumps(finite(content), indent=2) + "\n")
+        print(f"wrote {arguments.json}")
+    if out is not None:
+        print(f"wrote {', '.join(str(out / f'{name}_{method}.npz') for method in METHODS)}")
+        from .. import plot
+
+        everything = tuple(results.values())
+        save_figure(plot.comparison, everything, out / f"{name}_comparison.png")
+        save_figure(plot.forces, (results["csf"],), out / f"{name}_csf_forces.png")
+        save_figure(plot.activations, everything, out / f"{name}_activations.png")
+    return max(exit_status(trajectory) for trajectory in results.values())
+
+
+def check(arguments: argparse.Namespace) -> int:
+    """A stored result against a stored reference."""
+    from ..result import Trajectory
+
+    result = Trajectory.load(arguments.result)
+    reference = Trajectory.load(arguments.reference)
+    difference = result.compare(reference, dict(arguments.tolerance))
+    if difference is None:
+        print(f"{arguments.result} agrees with {arguments.reference}")
+        return 0
+    print(f"{arguments.result} differs from {arguments.reference}: {difference}")
+    other = [
+        f"{package} {result.versions.get(package)} instead of {made_with}"
+        for package, made_with in reference.versions.items()
+        if result.versions.get(package) != made_with
+    ]
+    if other:
+        print(f"other versions than the reference's: {', '.join(other)}")
+    return DIFFER
+
+
+def curves(arguments: argparse.Namespace) -> int:
+    """A law's curves as a figure."""
+    law = load_law(arguments.law)
+    if arguments.fiber_damping is not None:
+        law = damped(law, arguments.fiber_damping)
+    file = arguments.out if arguments.out.suffix else arguments.out.with_suffix(".png")
+    made_folder(file.parent)
+    from .. import plot
+
+    save_figure(partial(plot.curves, elastic=not arguments.rigid), (law,), file)
+    return 0

@@ -1,0 +1,11 @@
+"""Names, exit states and usual numbers of the command line."""
+
+PROGRAM = "exudyn-muscles"
+METHODS = {"static": "Static", "cmc": "CMC", "csf": "CSF", "css": "CSS"}
+LAWS = ("DeGrooteFregly2016", "DeGrooteFregly2016Published", "Thelen2003", "Millard2012")
+DIFFER, FAILED, INTERRUPTED = 1, 2, 130
+
+# The paper's step, and the gain that its Table 2 implies.
+STEP = 0.01
+KP = 534.0
+CMC_STEPS = 10  # of the skeleton in a window of CMC

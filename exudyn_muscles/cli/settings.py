@@ -1,0 +1,65 @@
+"""From arguments to the methods' settings."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..result import Trajectory
+
+
+def method_function(
+    method: str,
+    *,
+    step: float,
+    window: float,
+    kp: float,
+    kv: float | None,
+    predictor: str = "constant",
+) -> Callable[..., Trajectory]:
+    """The method's function of (model, motion, progress); raises for settings out of range."""
+    from ..methods.cmc import CMC, computed_muscle_control
+    from ..methods.cosimulation import Cosimulation, Predictor, Scheme, cosimulate
+    from ..methods.static import static_optimization
+
+    if method == "static":
+        return lambda model, motion, progress: static_optimization(
+            model, motion, step=step, progress=progress
+        )
+    if method == "cmc":
+        cmc = CMC(kp=kp, kv=kv, window=window, step=step)
+        return lambda model, motion, progress: computed_muscle_control(
+            model, motion, settings=cmc, progress=progress
+        )
+    settings = Cosimulation(
+        scheme=Scheme(method), predictor=Predictor(predictor), kp=kp, kv=kv, step=step
+    )
+    return lambda model, motion, progress: cosimulate(
+        model, motion, settings=settings, progress=progress
+    )
+
+
+def refuse_foreign_options(arguments: argparse.Namespace) -> None:
+    """An option that would be ignored is a mistake."""
+    from ..errors import ParameterError
+
+    if arguments.sto and arguments.out is None:
+        raise ParameterError("--sto needs --out DIR, the folder for its files")
+    for option, methods in (
+        ("kp", ("cmc", "csf", "css")),
+        ("kv", ("cmc", "csf", "css")),
+        ("window", ("cmc",)),
+        ("predictor", ("css",)),
+    ):
+        if getattr(arguments, option) is not None and arguments.method not in methods:
+            raise ParameterError(
+                f"--{option} belongs to --method {' or '.join(methods)}, not to {arguments.method}"
+            )
+
+
+def velocity_gain(arguments: argparse.Namespace) -> float:
+    """k_v [1/s] as given, or critical damping."""
+    return 2.0 * math.sqrt(arguments.kp) if arguments.kv is None else arguments.kv

@@ -1,0 +1,160 @@
+"""Models and laws from the files that a user names."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.util
+import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from .names import LAWS
+
+if TYPE_CHECKING:
+    from ..model import MusculoskeletalModel
+    from ..motion import Motion
+    from ..muscle.laws.law import MuscleLaw
+
+
+def load_model(
+    file: Path, motion: Path | None = None, cutoff: float | None = None
+) -> tuple[MusculoskeletalModel, Motion]:
+    """Model and motion of a Python file that defines `build()` and `motion()`, or the model of an
+    `.osim` file with the motion of another file.
+
+    Parameters
+    ----------
+    file : Path
+        A Python file may import modules beside it.
+    motion : Path, optional
+        The motion's file (`.mot`, `.sto`), with an `.osim` file.
+    cutoff : float, optional
+        Cut-off frequency [Hz] of the motion's low-pass filter.
+
+    Raises
+    ------
+    FileNotFoundError
+    ModelError
+        The file cannot be imported, lacks a function, or one fails or returns something else; or a
+        motion is missing or too much.
+    ModelFileError, StorageError, MotionError
+        An `.osim` file or its motion cannot be used.
+    """
+    from ..errors import ModelError
+    from ..model import MusculoskeletalModel
+    from ..motion import Motion
+
+    if file.suffix.lower() == ".osim":
+        if motion is None:
+            raise ModelError(f"{file}: a model file of OpenSim needs --motion FILE.mot")
+        from .. import opensim
+
+        model = opensim.load_model(file)
+        units = model.skeleton.units
+        return model, Motion.from_file(motion, model.coordinates, units, cutoff=cutoff)
+    if motion is not None or cutoff is not None:
+        raise ModelError(f"{file}: --motion and --cutoff belong to an .osim file")
+    parts: list[Any] = []
+    with _imported(file, "model") as module:
+        for function, kind in (("build", MusculoskeletalModel), ("motion", Motion)):
+            if not callable(getattr(module, function, None)):
+                raise ModelError(f"{file}: a model file defines {function}() -> {kind.__name__}")
+            with _blamed(file, f"{function}()"):
+                parts.append(getattr(module, function)())
+            if not isinstance(parts[-1], kind):
+                raise ModelError(
+                    f"{file}: {function}() has to return a {kind.__name__}, it returned "
+                    f"{type(parts[-1]).__name__}"
+                )
+    return parts[0], parts[1]
+
+
+def load_law(text: str) -> MuscleLaw:
+    """A muscle law by its name, with its default numbers, or `FILE.py:NAME`.
+
+    Parameters
+    ----------
+    text : str
+        One of `LAWS`, or a Python file, which may import modules beside it, and a name in it.
+
+    Raises
+    ------
+    FileNotFoundError
+    ParameterError
+        There is no law of that name.
+    ModelError
+        The file cannot be imported, or what it calls by that name is not a law.
+    """
+    from ..errors import ModelError, ParameterError
+    from ..muscle.laws.law import MuscleLaw
+
+    path, colon, name = text.rpartition(":")
+    if not colon:
+        if text not in LAWS:
+            raise ParameterError(f"--law {text}: expected {', '.join(LAWS)} or FILE.py:NAME")
+        import exudyn_muscles
+
+        return getattr(exudyn_muscles, text)()
+    file = Path(path)
+    with _imported(file, "law") as module:
+        law = getattr(module, name, None)
+    if not isinstance(law, MuscleLaw):
+        raise ModelError(f"{file}: {name} has to be a MuscleLaw, it is {law!r}")
+    return law
+
+
+def damped(law: MuscleLaw, fiber_damping: float) -> MuscleLaw:
+    """The law with another damper."""
+    from ..errors import ParameterError
+
+    try:
+        return dataclasses.replace(law, fiber_damping=fiber_damping)  # type: ignore[type-var]
+    except TypeError:
+        raise ParameterError(
+            f"--fiber-damping {fiber_damping:g}: {type(law).__name__} has no damper"
+        ) from None
+
+
+@contextmanager
+def _imported(file: Path, noun: str) -> Iterator[ModuleType]:
+    """The module of a user's file, which can import those beside it."""
+    from ..errors import ModelError
+
+    if not file.is_file():
+        raise FileNotFoundError(f"{file}: there is no such {noun} file")
+    name = f"_exudyn_muscles_{noun}_{file.stem}"
+    spec = importlib.util.spec_from_file_location(name, file)
+    if spec is None or spec.loader is None:
+        raise ModelError(f"{file}: a {noun} file is a Python file, ending in .py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses and pickle look it up there
+    sys.path.insert(0, str(file.resolve().parent))
+    try:
+        with _blamed(file, "importing it"):
+            spec.loader.exec_module(module)
+        yield module
+    finally:
+        sys.path.remove(str(file.resolve().parent))
+
+
+@contextmanager
+def _blamed(file: Path, where: str) -> Iterator[None]:
+    """Whatever fails within becomes a ModelError that names the file and its line."""
+    from ..errors import ModelError
+
+    try:
+        yield
+    except (Exception, SystemExit) as error:
+        lines = [
+            frame.lineno
+            for frame in traceback.extract_tb(error.__traceback__)
+            if Path(frame.filename) == file.absolute()
+        ]
+        line = f", line {lines[-1]}" if lines else ""
+        raise ModelError(
+            f"{file}{line}: {where} failed: {type(error).__name__}: {error}"
+        ) from error
