@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -62,7 +63,8 @@ def bernstein(points: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return value, slope
 
 
-def bezier(joints: Sequence[Point], curviness: Sequence[float], inverse: bool = False) -> Curve:
+@cache  # the muscles of a model often differ in one of their curves only
+def bezier(joints: tuple[Point, ...], curviness: tuple[float, ...], inverse: bool = False) -> Curve:
     """The chain of segments through the joints, y of x or x of y.
 
     The parameter of an x is found by bisection and, from close by, Newton's method.
@@ -169,11 +171,11 @@ class Millard2012(MuscleLaw):
         floored = elastic and self.fiber_damping == 0.0
         invertible = self._velocity_joints(True)
         return HillCurves(
-            bezier(self._active_joints(floored), [ACTIVE_CURVINESS] * 5),
-            bezier(self._velocity_joints(floored), VELOCITY_CURVINESS),
-            bezier(invertible, VELOCITY_CURVINESS, inverse=True),
-            bezier(self._passive_joints(), [PASSIVE_CURVINESS] * 2),
-            bezier(TENDON_JOINTS, [TENDON_CURVINESS] * 2),
+            bezier(tuple(self._active_joints(floored)), (ACTIVE_CURVINESS,) * 5),
+            bezier(tuple(self._velocity_joints(floored)), VELOCITY_CURVINESS),
+            bezier(tuple(invertible), VELOCITY_CURVINESS, inverse=True),
+            bezier(tuple(self._passive_joints()), (PASSIVE_CURVINESS,) * 2),
+            bezier(tuple(TENDON_JOINTS), (TENDON_CURVINESS,) * 2),
         )
 
     def _active_joints(self, floored: bool) -> list[Point]:
