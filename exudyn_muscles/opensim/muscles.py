@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import warnings
 from collections.abc import Mapping
 from operator import mul
 from typing import Any, NamedTuple
@@ -279,6 +280,13 @@ def _wrap(element: Element, bodies: Bodies) -> PathWrap:
     return PathWrap(_surface(*found[0]), max(first - 1, 0), last - 1 if last > 0 else -1)
 
 
+def _angles(R: np.ndarray) -> np.ndarray:
+    """Body-fixed angles about x, y and z; any of them where they are not unique."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Gimbal lock")
+        return Rotation.from_matrix(R).as_euler("XYZ")
+
+
 def _surface(element: Element, place: Place) -> WrapSurface:
     """A surface given in a frame."""
     sizes = {"WrapCylinder": ["radius", "length"], "WrapSphere": ["radius"]}
@@ -294,7 +302,7 @@ def _surface(element: Element, place: Place) -> WrapSurface:
     where = {
         "link": place.link,
         "position": H[:3, 3],
-        "rotation": Rotation.from_matrix(H[:3, :3]).as_euler("XYZ"),
+        "rotation": _angles(H[:3, :3]),
         "side": None if side == "all" else side,
         "active": element.flag("active", True),
         "name": element.name,
