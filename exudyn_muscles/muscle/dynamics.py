@@ -11,7 +11,7 @@ from ..errors import ParameterError
 from ..kernel import kernel
 from .activation import activation_rate
 from .arguments import as_rows, check_range
-from .contraction import fiber, stopped_rate, tendon, tendon_force
+from .contraction import fiber, fiber_force, stopped_rate, tendon, tendon_force
 from .curves import evaluate
 from .parameters import (
     ACTIVATION,
@@ -20,6 +20,7 @@ from .parameters import (
     F_L,
     F_PE,
     F_V,
+    FORM,
     L_TS,
     P_MIN,
     PER_L_M0,
@@ -48,8 +49,8 @@ class MuscleDynamics(NamedTuple):
     active_force_length, force_velocity, passive_force_length : ndarray
         f_l, f_v, f_PE.
     active_fiber_force, passive_fiber_force : ndarray
-        F0 a f_l f_v, and F0 (f_PE + beta v) [N]. The tendon force is zero where a rigid unit's
-        fibre would push.
+        F0 a f_l f_v, and the rest [N]: F0 (f_PE + beta v), or with another damper if the law has
+        one. The tendon force is zero where a rigid unit's fibre would push.
     tendon_length_rate, activation_rate : ndarray
         l_t' [m/s] and a' [1/s]; the latter NaN where no excitation was given.
     tendon_stiffness : ndarray
@@ -90,6 +91,8 @@ def dynamics(units, a, l_t, l, l_rate, u, rows):
         rows[4, i], rows[5, i], rows[6, i] = f_l, f_v, f_PE
         rows[7, i] = F0 * a[i] * f_l * f_v
         rows[8, i] = F0 * (f_PE + units.table[i, BETA] * v)
+        if units.table[i, FORM] != 0.0:
+            rows[8, i] = F0 * fiber_force(units, i, a[i], x, v)[0] - rows[7, i]
         rows[9, i] = l_t_rate
         rows[10, i] = activation_rate(
             units.table[i, ACTIVATION],

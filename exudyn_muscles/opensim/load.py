@@ -21,6 +21,7 @@ from .document import read_document
 from .external_loads import read_external_loads
 from .joints import Coordinate
 from .muscles import CLASSES, read_muscle
+from .muscles import REFUSED as REFUSED_MUSCLES
 
 TYPES = {number: joint for joint, number in JOINTS.items()}
 # What a model may hold, what of it does not matter, and what has to be empty or switched off.
@@ -81,6 +82,8 @@ def load_model(
             continue
         if force.tag in CLASSES:
             muscles.append(read_muscle(force, bodies))
+        elif force.tag in REFUSED_MUSCLES:
+            raise force.error(REFUSED_MUSCLES[force.tag])
         elif force.tag in ACTUATORS:
             reserves.append(read_actuator(force, bodies))
         else:
