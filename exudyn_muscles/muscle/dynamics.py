@@ -81,7 +81,7 @@ def dynamics(units, a, l_t, l, l_rate, u, rows):
         x = l_m * units.table[i, PER_L_M0]
         f_l = evaluate(units.curves, int(units.table[i, F_L]), x)[0]
         f_PE = evaluate(units.curves, int(units.table[i, F_PE]), x)[0]
-        l_t_rate = stopped_rate(units, i, a[i], l_t[i], l[i], l_rate[i])[1]
+        stopped, l_t_rate, _, _, _, _ = stopped_rate(units, i, a[i], l_t[i], l[i], l_rate[i])
         v = (l_rate[i] - l_t_rate) / (per_cos * units.table[i, V_M])
         s = units.table[i, V_REST] + (1.0 - units.table[i, V_REST]) * a[i]
         f_v = evaluate(units.curves, int(units.table[i, F_V]), v / s)[0]
@@ -92,7 +92,10 @@ def dynamics(units, a, l_t, l, l_rate, u, rows):
         rows[7, i] = F0 * a[i] * f_l * f_v
         rows[8, i] = F0 * (f_PE + units.table[i, BETA] * v)
         if units.table[i, FORM] != 0.0:
-            rows[8, i] = F0 * fiber_force(units, i, a[i], x, v)[0] - rows[7, i]
+            bears = F0 * fiber_force(units, i, a[i], x, v)[0]
+            if not (units.table[i, RIGID] or stopped):
+                bears = rows[0, i] * per_cos  # of a push there is no telling from the velocity
+            rows[8, i] = bears - rows[7, i]
         rows[9, i] = l_t_rate
         rows[10, i] = activation_rate(
             units.table[i, ACTIVATION],

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 FILE = Path(__file__).parents[1] / "reference" / "deprecated_muscles.npz"
-STATES = 60
+STATES = 200
 COLUMNS = (
     "activation", "excitation", "fiber_length", "length", "speed",
     "force", "fiber_velocity", "activation_rate",
@@ -87,7 +87,7 @@ def states(rng):
     a, u = rng.uniform(0.01, 1.0, (2, STATES))
     a[::4] = 0.01
     l_m = l_0 * rng.uniform(0.35, 1.75, STATES)
-    l_t = l_ts * (1.0 + rng.uniform(-0.01, 0.05, STATES))
+    l_t = l_ts * (1.0 + rng.uniform(-0.005, 0.03, STATES))
     l = l_t + np.sqrt(l_m**2 - (l_0 * np.sin(SIZES["pennation_angle_at_optimal"])) ** 2)
     return np.column_stack([a, u, l_m, l, rng.uniform(-10.0, 10.0, STATES) * l_0])
 
