@@ -632,6 +632,7 @@ def test_properties_of_the_deprecated_classes(write):
     schutte = (
         "<damping>0.05</damping><time_scale>0.125</time_scale><activation1>6</activation1>"
         "<activation2>2</activation2><max_contraction_velocity>12</max_contraction_velocity>"
+        "<force_velocity_curve><natCubicSpline/></force_velocity_curve>"
     )
     # A property's object has its name, or is in an element of that.
     x, y = [0.5, 1.0, 1.5], [0.1, 1.0, 0.2]
@@ -651,6 +652,18 @@ def test_properties_of_the_deprecated_classes(write):
         assert found.max_contraction_velocity == 8.0
         assert found.activation_time_constant == 0.125 / 8.0
         assert found.deactivation_time_constant == 0.125 / 2.0
+
+
+def test_an_old_set_of_forces_without_a_data_file(write):
+    file = write(forces=muscle())
+    text = file.read_text()
+    for inside, empty in (("<datafile> </datafile>", True), ("<datafile>a</datafile>", False)):
+        file.write_text(changed(text, "</ForceSet>", f"{inside}</ForceSet>"))
+        if empty:
+            assert len(em.opensim.load_model(file).muscles) == 1
+            continue
+        with pytest.raises(em.ModelFileError, match="ForceSet / datafile: this is not known"):
+            em.opensim.load_model(file)
 
 
 def test_old_names_of_muscles(write):

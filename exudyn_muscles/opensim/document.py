@@ -128,7 +128,9 @@ class Element:
             defaults.refuse()
         objects = self.find("objects")
         if objects is not None:
-            self.allow("objects", "defaults")
+            # Old sets of forces may have a `datafile`.
+            empty = not self.word("datafile", default="")
+            self.allow("objects", "defaults", *(["datafile"] if empty else []))
             return list(objects.children)
         return [member for member in self.children if member.tag not in ("groups", "defaults")]
 

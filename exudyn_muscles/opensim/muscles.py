@@ -49,7 +49,7 @@ class Class(NamedTuple):
     fixed : mapping
         Values of properties that have no other value here.
     ignored : tuple of str
-        Properties that OpenSim has and does not use.
+        Properties that OpenSim does not use.
     splines : mapping
         Of properties that are splines, and our names of their points.
     convert : callable or None
@@ -137,7 +137,7 @@ CLASSES = {
         ActivationDynamics.BILINEAR,
         {"time_scale": 0.1, "activation1": 7.667, "activation2": 1.459854},
         {"damping": "fiber_damping"},
-        ignored=("max_contraction_velocity",),
+        ignored=("max_contraction_velocity", "force_velocity_curve"),
         splines={
             f"{name}_curve": name
             for name in ("active_force_length", "passive_force_length", "tendon_force_length")
@@ -189,10 +189,10 @@ def read_muscle(element: Element, bodies: Bodies) -> Muscle:
     """
     kind = CLASSES[element.tag]
     given: dict[str, Any] = {**UNIT, **kind.defaults}
-    apart = (*PATHS, *FLAGS, *OTHER, *kind.ignored)
+    apart: tuple[str, ...] = (*PATHS, *FLAGS, *OTHER)
     if element.version <= OLD_NAMES:
         apart += tuple(OLD_SETS.values())
-    for child in element.properties(*kind.splines):
+    for child in element.properties(*kind.splines, *kind.ignored):
         if child.tag in CURVES:
             for inner in child.properties():
                 _add_number(kind, inner, given, f"{child.tag}/")
