@@ -49,11 +49,14 @@ from .muscle.laws.custom import CustomLaw
 from .muscle.laws.de_groote_fregly_2016 import DeGrooteFregly2016, DeGrooteFregly2016Published
 from .muscle.laws.law import HillCurves, MuscleLaw
 from .muscle.laws.millard_2012 import Millard2012
+from .muscle.laws.schutte_1993 import Schutte1993
 from .muscle.laws.thelen_2003 import Thelen2003
+from .muscle.laws.thelen_2003_deprecated import Thelen2003Deprecated
 from .muscle.parameters import Muscle, MuscleSet
+from .muscle.splines import simm_spline
 from .muscle.window import Integrator, WindowEnd, integrate_window
 from .path.followers import Follower, linear_function
-from .path.functions import FunctionPath, simm_spline
+from .path.functions import FunctionPath
 from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
 from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere
 from .recruitment.actuators import PointActuator, Reserve, TorqueActuator
@@ -127,6 +130,7 @@ __all__ = [
     "ResultFileError",
     "RigidTendonForce",
     "Scheme",
+    "Schutte1993",
     "SimulationError",
     "Solver",
     "SpanWarning",
@@ -137,6 +141,7 @@ __all__ = [
     "Storage",
     "StorageError",
     "Thelen2003",
+    "Thelen2003Deprecated",
     "TorqueActuator",
     "Trajectory",
     "UnmetTorqueError",

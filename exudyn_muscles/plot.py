@@ -18,10 +18,11 @@ import numpy as np
 
 from .checks import number_within
 from .errors import ParameterError
+from .muscle.contraction import fiber_force
 from .muscle.curves import Curve
 from .muscle.laws.custom import CustomLaw
 from .muscle.laws.law import MuscleLaw
-from .muscle.parameters import Muscle
+from .muscle.parameters import Muscle, MuscleSet
 from .result import Trajectory
 
 if TYPE_CHECKING:
@@ -559,11 +560,8 @@ def _fiber_path(unit: Muscle, trajectory: Trajectory) -> np.ndarray:
 
 def _fiber_force(unit: Muscle, a: float, x: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Fibre force over F0 at all pairs of normalised length and velocity, (v, x)."""
-    law = unit.law
-    found = law.curves(not unit.ignore_tendon_compliance)
-    reach = law.speed_without_activation + (1.0 - law.speed_without_activation) * a
-    active = np.outer(found.force_velocity(v / reach), found.active_force_length(x))
-    return a * active + found.passive_force_length(x) + law.fiber_damping * v[:, None]
+    units = MuscleSet([unit]).units
+    return np.array([[fiber_force(units, 0, a, each, speed)[0] for each in x] for speed in v])
 
 
 def _range_of(usual: tuple[float, float], path: np.ndarray | None, row: int) -> tuple[float, float]:

@@ -499,6 +499,12 @@ def test_welded_bodies_join_a_link_and_frames_are_found(write):
          (0.010, 0.040)),
         ("DeGrooteFregly2016Muscle", em.DeGrooteFregly2016(), em.ActivationDynamics.SMOOTH,
          (0.015, 0.060)),
+        ("Thelen2003Muscle_Deprecated", em.Thelen2003Deprecated(),
+         em.ActivationDynamics.LINEAR_FILTER, (0.010, 0.040)),
+        ("Schutte1993Muscle_Deprecated", em.Schutte1993(), em.ActivationDynamics.BILINEAR,
+         (0.1 / (7.667 + 1.459854), 0.1 / 1.459854)),
+        ("Schutte1993Muscle", em.Schutte1993(), em.ActivationDynamics.BILINEAR,
+         (0.1 / (7.667 + 1.459854), 0.1 / 1.459854)),
     ],
 )  # fmt: skip
 def test_properties_that_are_left_out_have_opensims_defaults(
@@ -551,6 +557,70 @@ def test_passive_stiffness_that_follows_from_the_strains(write):
         write(forces=muscle("Millard2012EquilibriumMuscle", inside=inside))
     ).muscles
     assert found.law == em.Millard2012(fiber_strain_at_one_norm_force=0.5)
+
+
+def test_properties_of_the_deprecated_classes(write):
+    thelen = (
+        "<Flen>1.6</Flen><FmaxTendonStrain>0.05</FmaxTendonStrain><damping>0.1</damping>"
+        "<Vmax>8</Vmax><Vmax0>2</Vmax0><max_contraction_velocity>12</max_contraction_velocity>"
+    )
+    forces = muscle("Thelen2003Muscle_Deprecated", inside=thelen)
+    (found,) = em.opensim.load_model(write(forces=forces)).muscles
+    numbers = {"flen": 1.6, "fmax_tendon_strain": 0.05, "fiber_damping": 0.1}
+    assert found.law == em.Thelen2003Deprecated(speed_without_activation=0.25, **numbers)
+    assert found.max_contraction_velocity == 8.0
+    schutte = (
+        "<damping>0.05</damping><time_scale>0.125</time_scale><activation1>6</activation1>"
+        "<activation2>2</activation2><max_contraction_velocity>12</max_contraction_velocity>"
+        "<force_velocity_curve><natCubicSpline/></force_velocity_curve>"
+    )
+    # A property's object has its name, or is in an element of that.
+    x, y = [0.5, 1.0, 1.5], [0.1, 1.0, 0.2]
+    points = "<x>0.5 1 1.5</x><y>0.1 1 0.2</y>"
+    for spline in (
+        f'<SimmSpline name="active_force_length_curve">{points}</SimmSpline>'
+        f'<SimmSpline name="passive_force_length_curve">{points}</SimmSpline>',
+        "<active_force_length_curve><NaturalCubicSpline>"
+        f"{points}</NaturalCubicSpline></active_force_length_curve><passive_force_length_curve>"
+        f"<natCubicSpline>{points}</natCubicSpline></passive_force_length_curve>",
+    ):
+        forces = muscle("Schutte1993Muscle_Deprecated", inside=schutte + spline)
+        (found,) = em.opensim.load_model(write(forces=forces)).muscles
+        assert found.law == em.Schutte1993(
+            fiber_damping=0.05, active_force_length=(x, y), passive_force_length=(x, y)
+        )
+        assert found.max_contraction_velocity == 8.0
+        assert found.activation_time_constant == 0.125 / 8.0
+        assert found.deactivation_time_constant == 0.125 / 2.0
+
+
+def test_an_old_set_of_forces_without_a_data_file(write):
+    file = write(forces=muscle())
+    text = file.read_text()
+    for inside, empty in (("<datafile> </datafile>", True), ("<datafile>a</datafile>", False)):
+        file.write_text(changed(text, "</ForceSet>", f"{inside}</ForceSet>"))
+        if empty:
+            assert len(em.opensim.load_model(file).muscles) == 1
+            continue
+        with pytest.raises(em.ModelFileError, match="ForceSet / datafile: this is not known"):
+            em.opensim.load_model(file)
+
+
+def test_old_names_of_muscles(write):
+    """Of versions up to 2.3.1: the angle's, the points', and points outside of a path."""
+    new = muscle(inside="<pennation_angle_at_optimal>0.3</pennation_angle_at_optimal>")
+    (expected,) = em.opensim.load_model(write(forces=new)).muscles
+    named = new.replace("pennation_angle_at_optimal", "pennation_angle")
+    inside = named.replace("PathPointSet", "MusclePointSet").replace("PathWrapSet", "MuscleWrapSet")
+    outside = inside.replace("<GeometryPath>", "").replace("</GeometryPath>", "")
+    outside = outside.replace("<PathPoint ", "<MusclePoint ").replace(
+        "</PathPoint", "</MusclePoint"
+    )
+    for old in (named, inside, outside):
+        (found,) = em.opensim.load_model(write(forces=old, version=20301)).muscles
+        assert found == expected
+        with pytest.raises(em.ModelFileError, match=r"(angle|PathPointSet): this is not"):
+            em.opensim.load_model(write(forces=old, version=20302))
 
 
 def test_actuators_of_coordinates_become_reserves_and_what_is_switched_off_is_left_out(write):
@@ -653,6 +723,7 @@ STIFFNESS = (
     "<FiberForceLengthCurve><stiffness_at_one_norm_force>3</stiffness_at_one_norm_force>"
     "<strain_at_one_norm_force>0.5</strain_at_one_norm_force></FiberForceLengthCurve>"
 )
+CONSTANT_CURVE = '<Constant name="tendon_force_length_curve"><value>1</value></Constant>'
 CURVINESS = "<FiberForceLengthCurve><curviness>0.5</curviness></FiberForceLengthCurve>"
 
 
@@ -665,7 +736,17 @@ def changed(of, old, new):
     ("changes", "text"),
     [
         ({"forces": muscle() + SPRING}, "ForceSet / SpringGeneralizedForce 'spring': this cannot"),
-        ({"forces": muscle("Schutte1993Muscle_Deprecated")}, "Schutte1993Muscle_Deprecated 'muscl"),
+        ({"forces": muscle("RigidTendonMuscle")}, "RigidTendonMuscle 'muscle': this cannot"),
+        ({"forces": muscle("Delp1990Muscle_Deprecated")},
+         "Delp1990Muscle_Deprecated 'muscle': a mass moves between its fibre and its tendon"),
+        ({"forces": muscle("Schutte1993Muscle", inside=CONSTANT_CURVE)},
+         "Schutte1993Muscle 'muscle' / Constant 'tendon_force_length_curve': this cannot"),
+        ({"forces": muscle("Schutte1993Muscle", inside=2 * CONSTANT_CURVE)},
+         "expected one object as its tendon_force_length_curve, found 2"),
+        ({"forces": muscle("Schutte1993Muscle", inside="<time_scale>0</time_scale>")},
+         "Schutte1993Muscle 'muscle': time_scale = 0.0 s is outside [0.01, 10] s"),
+        ({"forces": muscle("Thelen2003Muscle_Deprecated", inside="<Vmax>0</Vmax>")},
+         "Thelen2003Muscle_Deprecated 'muscle': Vmax = 0.0 is outside [0.1, 100]"),
         ({"rest": COUPLER.format("")}, "ConstraintSet / CoordinateCouplerConstraint 'c'"),
         ({"rest": "<Wind>1</Wind>"}, "Wind: this is not known"),
         ({"joints": changed(PIN, "PinJoint", "EllipsoidJoint")}, "EllipsoidJoint 'joint': this ca"),

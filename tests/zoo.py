@@ -9,4 +9,6 @@ LAWS = {
     "Thelen2003": em.Thelen2003(),
     "Millard2012": em.Millard2012(),
     "Millard2012, undamped": em.Millard2012(fiber_damping=0.0),
+    "Thelen2003Deprecated": em.Thelen2003Deprecated(),
+    "Schutte1993": em.Schutte1993(),
 }

@@ -2,7 +2,10 @@
 
 PROGRAM = "exudyn-muscles"
 METHODS = {"static": "Static", "cmc": "CMC", "csf": "CSF", "css": "CSS"}
-LAWS = ("DeGrooteFregly2016", "DeGrooteFregly2016Published", "Thelen2003", "Millard2012")
+LAWS = (
+    "DeGrooteFregly2016", "DeGrooteFregly2016Published", "Thelen2003", "Thelen2003Deprecated",
+    "Millard2012", "Schutte1993",
+)  # fmt: skip
 DIFFER, FAILED, INTERRUPTED = 1, 2, 130
 
 # The paper's step, and the gain that its Table 2 implies.

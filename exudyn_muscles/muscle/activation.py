@@ -1,12 +1,15 @@
-"""Activation dynamics (5), a' = f_a(a, u), by one of three laws; the excitation is held.
+"""Activation dynamics (5), a' = f_a(a, u), by one of four laws; the excitation is held.
 
 linear filter   a' = (u - a) / tau, tau = tau_a where u > a, tau_d elsewhere
 first order     the same with tau_a (0.5 + 1.5 a) and tau_d / (0.5 + 1.5 a)
 smooth          both first-order rates at once, weighted by a smooth switch tanh(b (u - a))
+bilinear        a' = (u - a) (u / tau_a + (1 - u) / tau_d) where u > a, (u - a) / tau_d elsewhere
 
 Sources: the paper's low-pass filter; J. M. Winters (1995) and D. G. Thelen (2003), as in OpenSim's
 Thelen2003Muscle and Millard2012EquilibriumMuscle; F. De Groote et al. (2016), as in OpenSim's
-DeGrooteFregly2016Muscle. With the excitation held, a approaches u without crossing it.
+DeGrooteFregly2016Muscle; F. E. Zajac (1989), Critical Reviews in Biomedical Engineering 17, as in
+OpenSim's Schutte1993Muscle_Deprecated. With the excitation held, a approaches u without crossing
+it.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ from enum import Enum
 
 from ..kernel import kernel
 
-LINEAR_FILTER, FIRST_ORDER, SMOOTH = range(3)
+LINEAR_FILTER, FIRST_ORDER, SMOOTH, BILINEAR = range(4)
 NEWTON = 20  # iterations of a trapezoidal step; linear: one, otherwise three or four
 CONVERGED = 1e-15
 
@@ -27,6 +30,7 @@ class ActivationDynamics(Enum):
     LINEAR_FILTER = LINEAR_FILTER
     FIRST_ORDER = FIRST_ORDER
     SMOOTH = SMOOTH
+    BILINEAR = BILINEAR
 
 
 @kernel(inline=True)
@@ -35,6 +39,12 @@ def activation_rate(law, a, u, tau_a, tau_d, b):
     if law == LINEAR_FILTER:
         rate = 1.0 / (tau_a if u > a else tau_d)
         return rate * (u - a), -rate, rate
+    if law == BILINEAR:
+        rate, rate_u = 1.0 / tau_d, 0.0
+        if u > a:
+            rate_u = 1.0 / tau_a - rate
+            rate += rate_u * u
+        return rate * (u - a), -rate, rate_u * (u - a) + rate
     z = 0.5 + 1.5 * a
     rise, fall = 1.0 / (tau_a * z), z / tau_d
     rise_a, fall_a = -1.5 * rise / z, 1.5 / tau_d

@@ -7,7 +7,8 @@ w = l_m0 sin(alpha_0), cos(alpha) = p / l_m and V = v_max l_m0, the fibre veloci
 
     a f_l f_v(v / s) + beta v + f_PE = f_SE / cos(alpha),    s = r + (1 - r) a,
 
-where s is the share of v_max that the activation leaves (r = 1 but for Thelen's law), and
+where s is the share of v_max that the activation leaves (r = 1 but for Thelen's laws; the damped
+fibres of `force_velocity.py` balance by their own formulas), and
 
     l_t' = l' - V v / cos(alpha),    F' = F0 f_SE' l_t' / l_ts.
 
@@ -23,13 +24,17 @@ import math
 
 from ..kernel import kernel
 from .curves import evaluate
+from .force_velocity import load_of_velocity, velocity_of_load
 from .parameters import (
+    AF,
     BETA,
     F_0,
     F_L,
     F_PE,
     F_SE,
     F_V,
+    FLEN,
+    FORM,
     INVERSE_F_V,
     P_MIN,
     PER_E,
@@ -73,6 +78,12 @@ def fiber_velocity(units, i, a, f_l, load):
     r, beta = units.table[i, V_REST], units.table[i, BETA]
     s = r + (1.0 - r) * a
     capacity = a * f_l
+    if units.table[i, FORM] != 0.0:
+        v_s, v_capacity, v_load = velocity_of_load(
+            units.table[i, FORM], units.table[i, AF], units.table[i, FLEN], beta, capacity, load
+        )
+        v_capacity, v_load = s * v_capacity, s * v_load
+        return s * v_s, f_l * v_capacity + (1.0 - r) * v_s, a * v_capacity, v_load
     if beta == 0.0:
         per_capacity = 1.0 / capacity
         f_v = load * per_capacity
@@ -207,6 +218,16 @@ def fiber_force(units, i, a, x, v):
     s = r + (1.0 - r) * a
     f_l, f_l_x, _ = evaluate(units.curves, int(units.table[i, F_L]), x)
     f_PE, f_PE_x, _ = evaluate(units.curves, int(units.table[i, F_PE]), x)
+    if units.table[i, FORM] != 0.0:
+        f, f_capacity, f_v = load_of_velocity(
+            units.table[i, FORM], units.table[i, AF], units.table[i, FLEN], beta, a * f_l, v / s
+        )
+        return (
+            f + f_PE,
+            f_l * f_capacity - f_v * v / (s * s) * (1.0 - r),
+            a * f_l_x * f_capacity + f_PE_x,
+            f_v / s,
+        )
     f_v, slope, _ = evaluate(units.curves, int(units.table[i, F_V]), v / s)
     return (
         a * f_l * f_v + f_PE + beta * v,

@@ -11,7 +11,7 @@ from ..errors import ParameterError
 from ..kernel import kernel
 from .activation import activation_rate
 from .arguments import as_rows, check_range
-from .contraction import fiber, stopped_rate, tendon, tendon_force
+from .contraction import fiber, fiber_force, stopped_rate, tendon, tendon_force
 from .curves import evaluate
 from .parameters import (
     ACTIVATION,
@@ -20,6 +20,7 @@ from .parameters import (
     F_L,
     F_PE,
     F_V,
+    FORM,
     L_TS,
     P_MIN,
     PER_L_M0,
@@ -48,8 +49,8 @@ class MuscleDynamics(NamedTuple):
     active_force_length, force_velocity, passive_force_length : ndarray
         f_l, f_v, f_PE.
     active_fiber_force, passive_fiber_force : ndarray
-        F0 a f_l f_v, and F0 (f_PE + beta v) [N]. The tendon force is zero where a rigid unit's
-        fibre would push.
+        F0 a f_l f_v, and the rest [N]: F0 (f_PE + beta v), or with another damper if the law has
+        one. The tendon force is zero where a rigid unit's fibre would push.
     tendon_length_rate, activation_rate : ndarray
         l_t' [m/s] and a' [1/s]; the latter NaN where no excitation was given.
     tendon_stiffness : ndarray
@@ -80,7 +81,7 @@ def dynamics(units, a, l_t, l, l_rate, u, rows):
         x = l_m * units.table[i, PER_L_M0]
         f_l = evaluate(units.curves, int(units.table[i, F_L]), x)[0]
         f_PE = evaluate(units.curves, int(units.table[i, F_PE]), x)[0]
-        l_t_rate = stopped_rate(units, i, a[i], l_t[i], l[i], l_rate[i])[1]
+        stopped, l_t_rate, _, _, _, _ = stopped_rate(units, i, a[i], l_t[i], l[i], l_rate[i])
         v = (l_rate[i] - l_t_rate) / (per_cos * units.table[i, V_M])
         s = units.table[i, V_REST] + (1.0 - units.table[i, V_REST]) * a[i]
         f_v = evaluate(units.curves, int(units.table[i, F_V]), v / s)[0]
@@ -90,6 +91,11 @@ def dynamics(units, a, l_t, l, l_rate, u, rows):
         rows[4, i], rows[5, i], rows[6, i] = f_l, f_v, f_PE
         rows[7, i] = F0 * a[i] * f_l * f_v
         rows[8, i] = F0 * (f_PE + units.table[i, BETA] * v)
+        if units.table[i, FORM] != 0.0:
+            bears = F0 * fiber_force(units, i, a[i], x, v)[0]
+            if not (units.table[i, RIGID] or stopped):
+                bears = rows[0, i] * per_cos  # of a push there is no telling from the velocity
+            rows[8, i] = bears - rows[7, i]
         rows[9, i] = l_t_rate
         rows[10, i] = activation_rate(
             units.table[i, ACTIVATION],

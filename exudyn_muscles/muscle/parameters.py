@@ -25,11 +25,13 @@ if TYPE_CHECKING:
     from ..path.points import MovingPathPoint, PathPoint
     from ..path.surfaces import PathWrap, WrapSurface
 
-# Columns of `Units.table`. The last five are the numbers of the muscle's curves.
+# Columns of `Units.table`. The last five are the numbers of the muscle's curves; FORM, AF and FLEN
+# are those of `force_velocity.py`.
 (
     F_0, L_M0, PER_L_M0, L_TS, PER_E, PER_STRETCH, WIDTH, V_M, V_REST, BETA, P_MIN, RIGID,
-    A_MIN, TAU_A, TAU_D, SWITCH, ACTIVATION, F_L, F_V, INVERSE_F_V, F_PE, F_SE, COLUMNS,
-) = range(23)  # fmt: skip
+    A_MIN, TAU_A, TAU_D, SWITCH, ACTIVATION, FORM, AF, FLEN, F_L, F_V, INVERSE_F_V, F_PE, F_SE,
+    COLUMNS,
+) = range(26)  # fmt: skip
 
 # OpenSim's limit for all fixed-width units; the fibre would stand across the tendon at 90 deg.
 MAXIMUM_PENNATION = math.acos(0.1)
@@ -272,6 +274,7 @@ def _row(muscle: Muscle, numbers: dict[Curve, int]) -> list[float]:
     row[V_M] = muscle.max_contraction_velocity * muscle.optimal_fiber_length
     row[V_REST] = law.speed_without_activation
     row[BETA] = law.fiber_damping
+    row[FORM], row[AF], row[FLEN] = law.force_velocity_form
     # The tendon curve's argument is (l_t / l_ts - 1) / e = l_t PER_STRETCH - PER_E.
     row[PER_E] = 1.0 / muscle.tendon_strain
     row[PER_STRETCH] = row[PER_E] / muscle.tendon_slack_length

@@ -103,11 +103,24 @@ class Element:
         """Whether a force, constraint or controller does anything."""
         return all(self.flag(name, True) for name in ON) and not self.flag("isDisabled")
 
-    def properties(self) -> list[Element]:
-        """The children, if each of them is the only one with its tag."""
-        for child in self.children:
-            self.find(child.tag)
-        return self.children
+    @property
+    def version(self) -> int:
+        """Version of the file's format; the oldest where the file does not say it."""
+        element = self
+        while element.tag != "OpenSimDocument":
+            if element.parent is None:
+                return OLDEST
+            element = element.parent
+        return int(element.name)
+
+    def properties(self, *apart: str) -> list[Element]:
+        """The children without the properties `apart`, if each is the only one with its tag."""
+        found = [child for child in self.children if not {child.tag, child.name} & set(apart)]
+        tags = [child.tag for child in found]
+        for child in found:
+            if tags.count(child.tag) > 1:
+                self.find(child.tag)
+        return found
 
     def find(self, *tags: str) -> Element | None:
         """The one child with one of these tags, if there is any."""
@@ -136,7 +149,9 @@ class Element:
             defaults.refuse()
         objects = self.find("objects")
         if objects is not None:
-            self.allow("objects", "defaults", *properties)
+            # Old sets of forces may have a `datafile`.
+            empty = not self.word("datafile", default="")
+            self.allow("objects", "defaults", *properties, *(["datafile"] if empty else []))
             return list(objects.children)
         beside = ("groups", "defaults", *properties)
         return [member for member in self.children if member.tag not in beside]

@@ -8,8 +8,8 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..muscle.curves import Curve
+from ..muscle.splines import simm_spline
 from ..path.followers import linear_function
-from ..path.functions import simm_spline
 from .document import Element
 
 # OpenSim reads the older names as the first.

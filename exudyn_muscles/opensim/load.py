@@ -22,6 +22,7 @@ from .document import read_document
 from .external_loads import read_external_loads
 from .joints import Coordinate
 from .muscles import CLASSES, read_muscle
+from .muscles import REFUSED as REFUSED_MUSCLES
 
 TYPES = {number: joint for joint, number in JOINTS.items()}
 # What a model may hold, what of it does not matter, and what has to be empty or switched off.
@@ -107,6 +108,8 @@ def read_model(
             idle.add(force.name)
         elif force.tag in CLASSES:
             muscles.append(read_muscle(force, bodies))
+        elif force.tag in REFUSED_MUSCLES:
+            raise force.error(REFUSED_MUSCLES[force.tag])
         elif force.tag in ACTUATORS:
             actuator = read_actuator(force, bodies)
             if actuator is None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from operator import mul
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..checks import number_within
 from ..errors import ParameterError
 from ..muscle.activation import ActivationDynamics
 from ..muscle.curves import Curve
@@ -25,7 +26,9 @@ from ..muscle.laws.millard_2012 import (
     VELOCITY_CURVINESS,
     Millard2012,
 )
+from ..muscle.laws.schutte_1993 import Schutte1993
 from ..muscle.laws.thelen_2003 import Thelen2003
+from ..muscle.laws.thelen_2003_deprecated import Thelen2003Deprecated
 from ..muscle.parameters import RANGES, Muscle
 from ..path.points import BEYOND_RANGE, ConditionalPathPoint, MovingPathPoint, PathPoint
 from ..path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapSurface
@@ -47,6 +50,12 @@ class Class(NamedTuple):
         Of properties that have another name here.
     fixed : mapping
         Values of properties that have no other value here.
+    ignored : tuple of str
+        Properties that OpenSim does not use.
+    splines : mapping
+        Of properties that are splines, and our names of their points.
+    convert : callable or None
+        Puts our parameters in the place of numbers that are none here; raises ParameterError.
     """
 
     law: type[MuscleLaw]
@@ -54,21 +63,40 @@ class Class(NamedTuple):
     defaults: Mapping[str, float]
     names: Mapping[str, str] = {}
     fixed: Mapping[str, float] = {}
+    ignored: tuple[str, ...] = ()
+    splines: Mapping[str, str] = {}
+    convert: Callable[[dict[str, Any]], None] | None = None
 
 
+def _thelen_deprecated(given: dict[str, Any]) -> None:
+    fastest, at_rest = given.pop("Vmax"), given.pop("Vmax0")
+    given["max_contraction_velocity"] = number_within("Vmax", fastest, 0.1, 100.0)
+    given["speed_without_activation"] = at_rest / fastest
+
+
+def _schutte(given: dict[str, Any]) -> None:
+    """Its times are in units of `time_scale`, its activation has rates."""
+    scale = number_within("time_scale", given.pop("time_scale"), 0.01, 10.0, "s")
+    rise = number_within("activation1", given.pop("activation1"), 0.0, 1e4)
+    fall = number_within("activation2", given.pop("activation2"), 1e-3, 1e4)
+    given["max_contraction_velocity"] = 1.0 / scale
+    given["activation_time_constant"] = scale / (rise + fall)
+    given["deactivation_time_constant"] = scale / fall
+
+
+THELEN = {
+    "FmaxMuscleStrain": "fmax_muscle_strain",
+    "KshapeActive": "kshape_active",
+    "KshapePassive": "kshape_passive",
+    "Af": "af",
+    "Flen": "flen",
+}
 CLASSES = {
     "Thelen2003Muscle": Class(
         Thelen2003,
         ActivationDynamics.FIRST_ORDER,
         {"activation_time_constant": 0.015, "deactivation_time_constant": 0.050},
-        {
-            "FmaxTendonStrain": "tendon_strain_at_one_norm_force",
-            "FmaxMuscleStrain": "fmax_muscle_strain",
-            "KshapeActive": "kshape_active",
-            "KshapePassive": "kshape_passive",
-            "Af": "af",
-            "Flen": "flen",
-        },
+        {**THELEN, "FmaxTendonStrain": "tendon_strain_at_one_norm_force"},
     ),
     "Millard2012EquilibriumMuscle": Class(
         Millard2012,
@@ -93,7 +121,37 @@ CLASSES = {
         ActivationDynamics.SMOOTH,
         {"activation_time_constant": 0.015, "deactivation_time_constant": 0.060},
     ),
+    "Thelen2003Muscle_Deprecated": Class(
+        Thelen2003Deprecated,
+        ActivationDynamics.LINEAR_FILTER,
+        {
+            "activation_time_constant": 0.010,
+            "deactivation_time_constant": 0.040,
+            "Vmax": 10.0,
+            "Vmax0": 5.0,
+        },
+        {**THELEN, "FmaxTendonStrain": "fmax_tendon_strain", "damping": "fiber_damping"},
+        ignored=("max_contraction_velocity",),
+        convert=_thelen_deprecated,
+    ),
+    "Schutte1993Muscle_Deprecated": Class(
+        Schutte1993,
+        ActivationDynamics.BILINEAR,
+        {"time_scale": 0.1, "activation1": 7.667, "activation2": 1.459854},
+        {"damping": "fiber_damping"},
+        ignored=("max_contraction_velocity", "force_velocity_curve"),
+        splines={
+            f"{name}_curve": name
+            for name in ("active_force_length", "passive_force_length", "tendon_force_length")
+        },
+        convert=_schutte,
+    ),
 }
+# Before OpenSim 3.
+CLASSES["Schutte1993Muscle"] = CLASSES["Schutte1993Muscle_Deprecated"]
+DELP = "a mass moves between its fibre and its tendon, which no muscle has here"
+# Muscles that cannot be represented, and why.
+REFUSED = {"Delp1990Muscle": DELP, "Delp1990Muscle_Deprecated": DELP}
 # What every muscle has in OpenSim if its file does not say it.
 UNIT = {"max_isometric_force": 1000.0, "optimal_fiber_length": 0.1, "tendon_slack_length": 0.2}
 CURVES = (
@@ -111,6 +169,10 @@ WITHOUT_INFLUENCE = (
 )  # fmt: skip
 FLAGS = ("ignore_activation_dynamics", "ignore_passive_fiber_force")  # refused if true
 PATHS = ("GeometryPath", "path")
+POINTS, WRAPS = "PathPointSet", "PathWrapSet"
+# Up to this version of the format the pennation angle has another name, and points may lie in the
+# muscle itself.
+OLD_NAMES = 20301
 # Read apart from the numbers.
 CONTROLS = ("min_control", "max_control")
 OTHER = ("appliesForce", "isDisabled", "ignore_tendon_compliance", *CONTROLS)
@@ -129,21 +191,29 @@ def read_muscle(element: Element, bodies: Bodies) -> Muscle:
     """
     kind = CLASSES[element.tag]
     given: dict[str, Any] = {**UNIT, **kind.defaults}
-    for child in element.properties():
+    apart: tuple[str, ...] = (*PATHS, *FLAGS, *OTHER)
+    if element.version <= OLD_NAMES:
+        apart += (POINTS, WRAPS)
+    for child in element.properties(*kind.splines, *kind.ignored):
         if child.tag in CURVES:
             for inner in child.properties():
                 if inner.tag != STIFFNESS:
                     _add_number(kind, inner, given, f"{child.tag}/")
-        elif child.tag not in (*PATHS, *WITHOUT_INFLUENCE, *FLAGS, *OTHER):
+        elif child.tag not in apart:
             _add_number(kind, child, given)
+    for name, ours in kind.splines.items():
+        if any(name in (child.tag, child.name) for child in element.children):
+            given[ours] = _points(element.object(name))
     for flag in FLAGS:
         if element.flag(flag):
             element.get(flag).refuse()
     _check_stiffness(element, given)
     own = _own(kind)
-    unit: dict[str, Any] = {name: value for name, value in given.items() if name not in own}
-    unit |= _controls(element)
     try:
+        if kind.convert is not None:
+            kind.convert(given)
+        unit = {name: value for name, value in given.items() if name not in own}
+        unit |= _controls(element)
         muscle = Muscle(
             element.name,
             **unit,
@@ -153,13 +223,9 @@ def read_muscle(element: Element, bodies: Bodies) -> Muscle:
         )
     except ParameterError as error:
         raise element.error(str(error)) from None
-    path = element.find("GeometryPath") or element.object("path")
-    if path.tag != "GeometryPath":
-        path.refuse()  # a function of the coordinates
-    path.allow("PathPointSet", "PathWrapSet")
-    found = [_point(point, bodies) for point in path.items("PathPointSet")]
+    found = [_point(point, bodies) for point in _path_items(element, POINTS)]
     points = [point for point in found if point is not None]
-    wraps = [_wrap(wrap, bodies) for wrap in path.items("PathWrapSet")]
+    wraps = [_wrap(wrap, bodies) for wrap in _path_items(element, WRAPS)]
     return dataclasses.replace(muscle, path=points, wraps=wraps)
 
 
@@ -174,12 +240,14 @@ def _add_number(kind: Class, element: Element, given: dict[str, Any], where: str
         return  # optional
     path = where + element.tag
     name = kind.names.get(path, element.tag)
+    if name == "pennation_angle" and element.version <= OLD_NAMES:
+        name = "pennation_angle_at_optimal"
     if path in kind.fixed:
         if abs(element.numbers(1)[0] - kind.fixed[path]) > 1e-6:
             raise element.error(f"{element.text}: only {kind.fixed[path]:g} can be represented")
-    elif name in NUMBERS | _own(kind):
+    elif name in NUMBERS | _own(kind) | kind.defaults.keys():
         given[name] = float(element.numbers(1)[0])
-    else:
+    elif path not in WITHOUT_INFLUENCE:
         raise element.error("this is not known, and might change what the muscle does")
 
 
@@ -204,7 +272,26 @@ def _controls(element: Element) -> dict[str, float]:
     }
 
 
+def _points(element: Element) -> tuple[list[float], list[float]]:
+    """The points of a muscle's spline."""
+    if element.tag != "SimmSpline":
+        element.refuse()
+    element.allow("x", "y")
+    return element.get("x").numbers().tolist(), element.get("y").numbers().tolist()
+
+
 # Paths.
+
+
+def _path_items(element: Element, tag: str) -> list[Element]:
+    """Points or wraps of a muscle's path."""
+    if element.version <= OLD_NAMES and element.find(*PATHS) is None:
+        return element.items(tag)
+    path = element.find("GeometryPath") or element.object("path")
+    if path.tag != "GeometryPath":
+        path.refuse()  # a function of the coordinates
+    path.allow(POINTS, WRAPS)
+    return path.items(tag)
 
 
 def _point(element: Element, bodies: Bodies) -> PathPoint | MovingPathPoint | None:

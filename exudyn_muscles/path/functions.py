@@ -1,4 +1,4 @@
-"""Functions of coordinates: splines for points that move, and paths given by their length."""
+"""Paths given by their length as a function of coordinates."""
 
 from __future__ import annotations
 
@@ -57,53 +57,6 @@ class FunctionPath:
         if not terms:
             raise ParameterError("a path needs at least one term, got none")
         object.__setattr__(self, "terms", tuple(terms))
-
-
-def simm_spline(x: Sequence[float], y: Sequence[float]) -> Curve:
-    """OpenSim's `SimmSpline`: the cubic spline through points, and its tangents beyond them.
-
-    Its third derivative at each end is that of the cubic through the four points there.
-
-    Parameters
-    ----------
-    x, y : (k,) sequence of float
-        At least two points; x increases.
-
-    References
-    ----------
-    Forsythe, Malcolm, Moler: Computer Methods for Mathematical Computations (1977), section 4.4.
-
-    Examples
-    --------
-    >>> simm_spline([0, 1, 2, 3], [0, 1, 8, 27])(1.5)  # a cubic is its own spline
-    array(3.375)
-    """
-    knots, values = np.array(x, dtype=float), np.array(y, dtype=float)
-    n, h = knots.size, np.diff(knots)
-    if knots.ndim != 1 or knots.shape != values.shape or n < 2 or not (h > 0.0).all():
-        raise ParameterError(f"a spline needs two points or more with increasing x, got {x}, {y}")
-    slopes = np.diff(values) / h
-    # Second derivatives: smooth inside, third derivatives given at the ends.
-    A, b = np.eye(n), np.zeros(n)
-    for i in range(1, n - 1):
-        A[i, i - 1 : i + 2] = h[i - 1], 2.0 * (h[i - 1] + h[i]), h[i]
-        b[i] = 6.0 * (slopes[i] - slopes[i - 1])
-    if n > 2:
-        A[0, :2] = A[-1, -2:] = -1.0, 1.0
-    if n > 3:
-        second = np.diff(slopes) / (knots[2:] - knots[:-2])
-        third = 6.0 * np.diff(second) / (knots[3:] - knots[:-3])
-        b[0], b[-1] = third[0] * h[0], third[-1] * h[-1]
-    bends = np.linalg.solve(A, b)
-
-    def spline(places: np.ndarray) -> np.ndarray:
-        i = np.clip(np.searchsorted(knots, places, side="right") - 1, 0, n - 2)
-        t = places - knots[i]
-        slope = slopes[i] - h[i] * (2.0 * bends[i] + bends[i + 1]) / 6.0
-        third = (bends[i + 1] - bends[i]) / h[i]
-        return values[i] + t * (slope + t * (0.5 * bends[i] + t * third / 6.0))
-
-    return Curve(spline, list(knots), name="the spline")
 
 
 @kernel(inline=True)

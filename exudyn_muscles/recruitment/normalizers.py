@@ -48,7 +48,8 @@ class RigidTendonForce:
     target of OpenSim's CMC; at least 0.1 % of F0.
 
     OpenSim's Millard2012EquilibriumMuscle takes the pennation angle of another fibre there, one of
-    l_m / l_m0 metres.
+    l_m / l_m0 metres, and its deprecated classes the force at rest with the elastic tendon times a
+    force-velocity curve that is not theirs.
     """
 
     def __call__(self, muscles: MuscleSet, F_max: np.ndarray, geometry: Geometry) -> np.ndarray:

@@ -4,10 +4,12 @@ An independent oracle: nothing here comes from the package except a muscle's par
 """
 
 import math
+from fractions import Fraction
 from functools import cache
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.interpolate import make_interp_spline
 from scipy.optimize import brentq
 
 import exudyn_muscles as em
@@ -23,6 +25,10 @@ class Law:
     """What a law has unless it says otherwise."""
 
     damping = shortest = 0.0
+
+    def borne(self, strength, v):
+        """Load of a damped fibre with a velocity, beside its passive force."""
+        return strength * self.multiplier(v) + self.damping * v
 
     def fastest(self, a):
         """Part of the maximum velocity that the activation leaves."""
@@ -279,11 +285,120 @@ def follow(xs, ys, x):
     return value(ys[k], u) + slope * (x - value(xs[k], u))
 
 
+class ThelenDeprecated(Law):
+    """Velocity and force of the damped fibre are one formula.
+
+    In fractions: its straight lines run through places that are close together.
+    """
+
+    short = Fraction(1e-6)  # over which OpenSim takes their slopes
+
+    def __init__(self, law, strain, rigid):
+        self.law, self.damping = law, law.fiber_damping
+        self.af, self.flen, self.beta = map(Fraction, (law.af, law.flen, law.fiber_damping))
+        self.multiplier = Thelen(em.Thelen2003(af=law.af, flen=law.flen), 0.04, rigid).multiplier
+
+    def active(self, x):
+        return math.exp(-((x - 1.0) ** 2) / self.law.kshape_active)
+
+    def passive(self, x):
+        k, e = self.law.kshape_passive, self.law.fmax_muscle_strain
+        if x > 1.0 + e:
+            return 1.0 + k / e * (x - 1.0 - e)
+        return math.exp(k * (x - 1.0) / e) / math.exp(k)
+
+    def tendon(self, strain):
+        e = self.law.fmax_tendon_strain
+        toe, f = 0.609 * e, 0.001 * (1.0 + strain)
+        if strain > toe:
+            return f + 1.712 / e * (strain - toe) + 0.333333
+        return f + max(0.333333 * math.expm1(3.0 * strain / toe) / math.expm1(3.0), 0.0)
+
+    def fastest(self, a):
+        rest = self.law.speed_without_activation
+        return rest + a * (1.0 - rest)
+
+    def between(self, strength, load):
+        """The velocity where there is no straight line."""
+        if load < strength:
+            resistance = strength + load / self.af
+        else:
+            resistance = (2 + 2 / self.af) * (strength * self.flen - load) / (self.flen - 1)
+        return (load - strength) / (resistance + self.beta)
+
+    def damped(self, strength, load):
+        strength, load = Fraction(strength), Fraction(load)
+        top = strength * self.flen
+        for end, short in ((0, self.short), (Fraction(0.95) * top, self.short * top)):
+            if (load - end) * (end - strength) > 0.0:
+                v = self.between(strength, end)
+                return float(v + (self.between(strength, end + short) - v) * (load - end) / short)
+        return float(self.between(strength, load))
+
+    def borne(self, strength, v):
+        """Load of a fibre with a velocity, beside its passive force."""
+
+        def excess(load):
+            return self.damped(strength, load) - v
+
+        bound = 1.0
+        while excess(-bound) > 0.0 or excess(bound) < 0.0:
+            bound *= 2.0
+        return brentq(excess, -bound, bound, xtol=1e-15, rtol=1e-15)
+
+
+class Schutte(Law):
+    """With the curves that OpenSim's class has without any in the file."""
+
+    K, S, M = 0.15, 0.13 * 0.15 / 1.15, 1.4
+
+    def __init__(self, law, strain, rigid):
+        self.damping = law.fiber_damping
+        self.splines = (
+            cubic_spline(*law.active_force_length),
+            cubic_spline(*law.tendon_force_length),
+        )
+
+    def active(self, x):
+        return max(float(self.splines[0](min(max(x, 0.0), 3.0))), 0.0)
+
+    def passive(self, x):
+        return math.exp(8.0 * (x - 1.0)) / math.exp(4.0)
+
+    def tendon(self, strain):
+        return float(self.splines[1](strain)) if strain > 0.0 else 0.0
+
+    def multiplier(self, v):
+        if v < 0.0:
+            return self.K * (1.0 + v) / (self.K - v)
+        return (self.S + self.M * v) / (self.S + v)
+
+    def damped(self, strength, load):
+        return DeGroote.damped(self, strength, max(load, 0.0))
+
+    def borne(self, strength, v):
+        return max(strength * self.multiplier(v) + self.damping * v, 0.0)
+
+
+def cubic_spline(x, y):
+    """SciPy's, with third derivatives at the ends as OpenSim takes them."""
+    return make_interp_spline(
+        x, y, 3, bc_type=([(3, third(x[:4], y[:4]))], [(3, third(x[-4:], y[-4:]))])
+    )
+
+
+def third(x, y):
+    """Third derivative of the cubic through four points."""
+    return 6.0 * np.linalg.solve(np.vander(x), y)[0]
+
+
 LAWS = {
     em.DeGrooteFregly2016: DeGroote,
     em.DeGrooteFregly2016Published: Published,
     em.Thelen2003: Thelen,
     em.Millard2012: Millard,
+    em.Thelen2003Deprecated: ThelenDeprecated,
+    em.Schutte1993: Schutte,
 }
 
 
@@ -343,7 +458,7 @@ def projection_rate(muscle, a, l_t, l):
     strength = a * law.active(x)
     load = tension(muscle, l_t) / cos - law.passive(x)
     if law.damping:
-        v = law.damped(strength, load)
+        v = law.fastest(a) * law.damped(strength, load)
     else:
         v = law.fastest(a) * law.velocity(load / strength)
     return v * muscle.max_contraction_velocity * muscle.optimal_fiber_length / cos
@@ -367,8 +482,8 @@ def force(muscle, a, l_t, l, v):
         return 0.0
     x, cos = fiber(muscle, muscle.tendon_slack_length, l)
     v_m = v * cos / (muscle.max_contraction_velocity * muscle.optimal_fiber_length)
-    f = a * law.active(x) * law.multiplier(v_m / law.fastest(a))
-    return F0 * max(f + law.damping * v_m + law.passive(x), 0.0) * cos
+    f = law.borne(a * law.active(x), v_m / law.fastest(a))
+    return F0 * max(f + law.passive(x), 0.0) * cos
 
 
 # -- activation -----------------------------------------------------------------------------------
@@ -386,6 +501,8 @@ def activation_rate(muscle, a, u):
         case em.ActivationDynamics.SMOOTH:
             f = 0.5 * math.tanh(muscle.activation_dynamics_smoothing * (u - a))
             return ((f + 0.5) / (tau_a * z) + (0.5 - f) * z / tau_d) * (u - a)
+        case em.ActivationDynamics.BILINEAR:
+            return (u - a) * (u / tau_a + (1.0 - u) / tau_d if u > a else 1.0 / tau_d)
 
 
 def activation(muscle, a, u, t):

@@ -1,4 +1,4 @@
-"""Activation dynamics (5): three laws, their derivatives and limits, and the two one-step rules."""
+"""Activation dynamics (5): four laws, their derivatives and limits, and the two one-step rules."""
 
 import math
 
@@ -100,7 +100,7 @@ def test_activation_goes_towards_its_excitation(law):
 
 
 def test_time_constants_of_the_laws():
-    linear, first_order, smooth = em.ActivationDynamics
+    linear, first_order, smooth, bilinear = em.ActivationDynamics
     assert rate(linear, 0.2, 1.0)[0] == pytest.approx(0.8 / TAU_A)
     assert rate(linear, 1.0, 0.2)[0] == pytest.approx(-0.8 / TAU_D)
     # At a = 1/3 the factor 0.5 + 1.5 a is one; it slows rising and speeds up falling.
@@ -110,11 +110,15 @@ def test_time_constants_of_the_laws():
         assert rate(law, 1 / 3, 0.1, sharp)[0] == pytest.approx((0.1 - 1 / 3) / TAU_D)
     assert rate(first_order, 0.9, 1.0)[0] == pytest.approx(0.1 / (1.85 * TAU_A))
     assert rate(first_order, 0.9, 0.8)[0] == pytest.approx(-0.1 * 1.85 / TAU_D)
+    # Full excitation has the one time constant, none the other.
+    assert rate(bilinear, 0.2, 1.0)[0] == pytest.approx(0.8 / TAU_A)
+    assert rate(bilinear, 0.2, 0.6)[0] == pytest.approx(0.4 * (0.6 / TAU_A + 0.4 / TAU_D))
+    assert rate(bilinear, 0.8, 0.2)[0] == pytest.approx(-0.6 / TAU_D)
 
 
 @given(a=LEVELS, u=LEVELS)
 def test_the_smooth_law_lies_between_rising_and_falling(a, u):
-    first_order, smooth = list(em.ActivationDynamics)[1:]
+    first_order, smooth = list(em.ActivationDynamics)[1:3]
     z = 0.5 + 1.5 * a
     ends = sorted([(u - a) / (TAU_A * z), (u - a) * z / TAU_D])
     for b in (1e-3, 0.1, 10.0):

@@ -304,6 +304,8 @@ def test_steady_state_of_forces_out_of_reach(window):
 @pytest.mark.parametrize("law", LAWS)
 def test_a_muscle_that_is_slack_either_way_rests(law, integrator):
     """Shortened faster than any activation can take up, F_opt = 0 is no reason to excite."""
+    if law == "Thelen2003Deprecated":
+        pytest.skip("its tendon is never slack")
     muscle = em.Muscle(
         "unit",
         max_isometric_force=1000.0,

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from ...checks import number_within
 from ..curves import Curve
+from ..force_velocity import CURVES
 
 # Passive curves follow their exponentials up to this many F0, and their tangents from there.
 STRONGEST = 1e6
@@ -59,12 +60,16 @@ class MuscleLaw(ABC):
     speed_without_activation : float
         Share of the maximum contraction velocity that is left at zero activation; it grows
         linearly to one at full activation.
+    force_velocity_form : tuple of (int, float, float)
+        Which formula of `muscle/force_velocity.py` relates force and velocity, af and flen of it.
+        With one, the damper is part of it, and the curve is what the fibre does without.
     """
 
     fiber_damping: float = 0.0
     tendon_strain_at_one_norm_force: float | None = None
     shortest_fiber: float = 0.0
     speed_without_activation: float = 1.0
+    force_velocity_form: tuple[int, float, float] = (CURVES, 0.0, 0.0)
 
     @abstractmethod
     def make_curves(self, elastic: bool) -> HillCurves:
