@@ -23,5 +23,5 @@ def test_the_result_is_the_stored_one(made, model, method):
 
 
 def test_every_result_is_stored(made):
-    stored = {file.stem for file in FOLDER.glob("*_*.npz")} - {"window_box"}
+    stored = {file.stem for file in FOLDER.glob("*_*.npz")} - {"window_box", "deprecated_muscles"}
     assert stored == set(made)

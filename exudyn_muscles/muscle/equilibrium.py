@@ -157,7 +157,8 @@ def equilibrium(
     lengthening_speed : (m,) array_like, optional
         l' [m/s]; left out, the fibres rest: the steady state of (4). In a moving unit fibre and
         tendon share l' by their compliances, as in OpenSim's `computeEquilibrium`. At the kinks of
-        Thelen's curves the shares jump, and a unit may balance on neither side.
+        Thelen's curves the shares jump, and a unit may balance on neither side; of `Schutte1993` a
+        fibre whose share is faster than it shortens without load bears f_PE alone.
 
     Returns
     -------

@@ -183,6 +183,10 @@ def test_moving_units_share_the_speed_by_their_compliances(law):
             return  # at a kink the share jumps, and nothing need balance
         # With its velocity the fibre balances the tendon.
         exact = cos * hill.projection_rate(muscle, a, l_t, l)
+        load = tension(l_t) / cos - hill.curves(muscle).passive(x)
+        if isinstance(law, em.Schutte1993) and load < 1e-9:
+            assert found.fiber_velocity < exact + 1e-8 * V  # its share is more than it can do
+            return
         assert found.fiber_velocity == pytest.approx(exact, rel=1e-9, abs=1e-8 * V)
         share = k_t / (k_t + max(k_m, 0.0))
         assert found.fiber_velocity == pytest.approx(share * v * cos, rel=1e-5, abs=1e-9 * V)

@@ -25,8 +25,7 @@ LONGEST_TENDON = 1.0  # farther end of the tendon's curve [strain]
 FASTEST = 1.0  # farther end of f_v
 TAUT = 1e-9  # what the tendon's spline may bear at its slack length
 
-# OpenSim's where a file gives none: the generic curves of SIMM (S. L. Delp, 1990), behind the
-# lengths at which any fibre works and any tendon breaks left as they are.
+# OpenSim's where a file gives none: the generic curves of SIMM (S. L. Delp, 1990).
 ACTIVE: Points = (
     (-5.307692, -4.307692, -1.923077, -0.884615, -0.269231, 0.230769, 0.461538, 0.52725, 0.62875,
      0.71875, 0.86125, 1.045, 1.2175, 1.43875, 1.5, 1.615385, 2.0, 2.961538, 3.692308, 5.461538,
@@ -103,9 +102,8 @@ class Schutte1993(MuscleLaw):
             return np.where(v < 0.0, shortening, (S + M * w) / (S + w))
 
         def velocity(f):
-            return np.where(
-                f < 1.0, K * (f - 1.0) / (f + K), S * (f - 1.0) / (M - np.maximum(f, 1))
-            )
+            lengthening = S * (f - 1.0) / (M - np.maximum(f, 1.0))
+            return np.where(f < 1.0, K * (f - 1.0) / (f + K), lengthening)
 
         most = float(multiplier(FASTEST))
         active = self._spline("active_force_length")
