@@ -218,6 +218,7 @@ class Plugin(ABC):
         self._started = False
         self._calls = 0  # of pre_newton in this step
         self.step = 0.0  # length of the step being tried [s]
+        self.run_end = self.end_time
         self.counts = Counts()
         self.record = Recorder(self.method, self.model, self.settings, self.counts, self.motion)
 
@@ -322,6 +323,7 @@ class Plugin(ABC):
                 f"{self.end_time:g} s"
             )
         check_external_forces(mbs, iteration.startTime, iteration.endTime)
+        self.run_end = iteration.endTime
         if self.motion is not None:
             away = self.motion(t)[0] - self.skeleton.q
             if np.abs(away).max() > FAR_AWAY:

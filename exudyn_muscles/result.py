@@ -646,7 +646,9 @@ def _versions() -> dict[str, str]:
 def _plain(settings: Any) -> dict[str, Any]:
     """Settings as JSON can hold them."""
     return {
-        item.name: _value(getattr(settings, item.name)) for item in dataclasses.fields(settings)
+        item.name: _value(getattr(settings, item.name))
+        for item in dataclasses.fields(settings)
+        if item.init
     }
 
 
@@ -657,4 +659,6 @@ def _value(value: Any) -> Any:
         return {name: _value(item) for name, item in value.items()}
     if isinstance(value, (list, tuple, np.ndarray)):
         return [_value(item) for item in np.asarray(value).tolist()]
+    if dataclasses.is_dataclass(value) and any(item.init for item in dataclasses.fields(value)):
+        return _plain(value)
     return value if isinstance(value, (bool, int, float, str, type(None))) else repr(value)

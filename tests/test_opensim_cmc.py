@@ -90,7 +90,7 @@ def test_the_arms_setup(arm):
         "r_shoulder_elev_reserve", "r_elbow_flex_reserve",
     ]  # fmt: skip
     settings = arm.settings
-    assert settings.kp == [100.0, 100.0] and settings.kv == [20.0, 20.0]
+    assert settings.kp == (100.0, 100.0) and settings.kv == (20.0, 20.0)
     assert settings.window == 0.01 and settings.step == 0.001
     assert settings.normalizer == em.RigidTendonForce()
     assert settings.control_limits["BRA"] == em.ControlLimits(0.02, 1.0)
@@ -170,7 +170,7 @@ def test_the_legs_setup(leg):
     )  # fmt: skip
     names = [reserve.name for reserve in leg.model.reserves]
     assert names[:3] == ["MZ", "FX", "FY"] and names[4] == "knee_angle_r_moment"
-    assert leg.settings.coordinate_weights == [100.0, 10.0, 20.0, 50.0, 20.0, 1.0]
+    assert leg.settings.coordinate_weights == (100.0, 10.0, 20.0, 50.0, 20.0, 1.0)
     assert leg.settings.control_limits["soleus_r"] == em.ControlLimits(0.02, 1.0, steps=True)
     assert leg.settings.control_limits["FX"] == em.ControlLimits(-1e4, 1e4)
 

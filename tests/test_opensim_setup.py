@@ -139,8 +139,8 @@ def test_a_setup_as_opensim_prints_it(write, tmp_path):
         em.Reserve("shoulder", 5.0, name="shoulder_reserve"),
     )
     settings = setup.settings
-    assert (settings.kp, settings.kv) == ([100.0, 400.0], [20.0, 40.0])
-    assert settings.coordinate_weights == [1.0, 3.0]
+    assert (settings.kp, settings.kv) == ((100.0, 400.0), (20.0, 40.0))
+    assert settings.coordinate_weights == (1.0, 3.0)
     assert (settings.window, settings.step) == (0.01, 0.001)
     assert settings.normalizer == em.RigidTendonForce()
     assert settings.prediction is em.Prediction.DESIRED
@@ -216,9 +216,23 @@ def test_a_span_beyond_the_motion_is_cut_with_a_warning(changes, span, write):
 
 
 def test_a_span_of_ones_own_beyond_the_motion_is_an_error(write):
-    message = r"desired_kinematics_file: the motion spans \[0, 0.5\] s, asked for t = 0.5000001 s"
-    with pytest.raises(em.ModelFileError, match=message):
+    message = r"final_time = 0.5 s: the motion spans \[0, 0.5\] s, asked for t = 0.5000001 s"
+    with pytest.raises(em.MotionError, match=message):
         load(write(), final_time=0.5000001)
+    with pytest.raises(
+        em.MotionError, match=r"initial_time = 0.3 s, final_time = 0.2 s: .* is empty"
+    ):
+        load(write(), initial_time=0.3, final_time=0.2)
+    with pytest.raises(em.ParameterError, match=r"initial_time = '0\.1' s is outside"):
+        load(write(), initial_time="0.1")
+
+
+def test_a_muscles_own_limits_stay(write):
+    """OpenSim only raises a minimum to 0.02; here a maximum below 1 stays, too."""
+    limits = "<min_control>0.2</min_control><max_control>0.8</max_control>"
+    model = {"forces": FLEXOR.replace("</Thelen2003Muscle>", f"{limits}</Thelen2003Muscle>")}
+    setup = load(write(model=model))
+    assert setup.settings.control_limits["flexor"] == em.ControlLimits(0.2, 0.8)
 
 
 def test_defaults_of_a_file_hold_for_what_its_objects_leave_out(write):
@@ -295,8 +309,8 @@ def test_file_names_of_windows_and_several_force_sets(write, tmp_path):
 def test_what_a_task_leaves_out_has_opensims_values(write):
     text = tasks(task("elbow", kp="", kv=None, ka="1 0 0", on="", weight=""), task("shoulder"))
     settings = load(write({"tasks.xml": text})).settings
-    assert (settings.kp, settings.kv) == ([1.0, 1.0], [0.5, 0.5])
-    assert settings.coordinate_weights == [1.0, 1.0]
+    assert (settings.kp, settings.kv) == ((1.0, 1.0), (0.5, 0.5))
+    assert settings.coordinate_weights == (1.0, 1.0)
 
 
 def test_tasks_that_are_off_or_not_active_do_not_matter(write):
@@ -310,12 +324,12 @@ def test_tasks_that_are_off_or_not_active_do_not_matter(write):
         task("elbow", kp=10),
         task("shoulder", active="1"),
     )
-    assert load(write({"tasks.xml": text})).settings.kp == [1.0, 10.0]
+    assert load(write({"tasks.xml": text})).settings.kp == (1.0, 10.0)
 
 
 def test_tasks_without_objects_around_them(write):
     text = f"<CMC_TaskSet>{task('shoulder')}{task('elbow')}<datafile/></CMC_TaskSet>"
-    assert load(write({"tasks.xml": text})).settings.kp == [1.0, 1.0]
+    assert load(write({"tasks.xml": text})).settings.kp == (1.0, 1.0)
 
 
 def test_what_is_locked_or_switched_off_needs_nothing(write):
@@ -329,7 +343,7 @@ def test_what_is_locked_or_switched_off_needs_nothing(write):
         write(files, {"joints": joints, "forces": forces}, constraints_file="controls.xml")
     )
     assert setup.model.coordinates == ("shoulder",)
-    assert setup.settings.kp == [100.0]
+    assert setup.settings.kp == (100.0,)
     assert [each.name for each in setup.model.reserves] == ["shoulder_reserve"]
     assert list(setup.settings.control_limits) == ["flexor"]
 
@@ -562,10 +576,10 @@ def test_results_go_where_the_command_says(write, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "options", "message"),
     [
-        ({}, ["--initial-time", "0.6"], r"setup\.xml, line 21: .*from 0\.6 to 0\.4 s is empty"),
+        ({}, ["--initial-time", "0.6"], r"initial_time = 0\.6 s, final_time = 0\.4 s: .* is empty"),
         ({}, ["--initial-time", "0.6", "--final-time", "0.7"],
-         r"setup\.xml, line 21: .*the motion spans \[0, 0\.5\] s, asked for t = 0\.7 s"),
-        ({}, ["--initial-time", "nan"], r"setup\.xml, line 21: .*from nan to 0\.4 s is empty"),
+         r"initial_time = .*the motion spans \[0, 0\.5\] s, asked for t = 0\.7 s"),
+        ({}, ["--initial-time", "nan"], r"initial_time = nan s is outside"),
         ({"task_set_file": "nothing.xml"}, [], r"setup\.xml, line 22: .*there is no file"),
         ({"files": {"tasks.xml": "<CMC_TaskSet>"}}, [], r"tasks\.xml: not well-formed XML"),
         ({"files": {"motion.mot": "motion"}}, [], r"motion\.mot"),

@@ -7,6 +7,7 @@ muscles are integrated together with the excitations held, as in forward dynamic
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -168,7 +169,10 @@ class CMCPlugin(UnifiedPlugin):
     def _open_window(self, t_0: float) -> None:
         """Excitations from the state at `t_0`, held over the window."""
         tracking, skeleton = self._tracking, self.skeleton
-        t_1 = min(t_0 + self.settings.window, self.motion.end)
+        # Where steps do not divide the window it lasts as long as its last one.
+        steps = math.ceil(self.settings.window / self.step - 1e-9)
+        length = max(self.settings.window, steps * self.step)
+        t_1 = min(t_0 + length, self.motion.end, self.run_end)
         q, v, _ = skeleton.start
         a_cmc = tracking.acceleration(t_1, t_0, q, v)  # (12)
         q_1, v_1, _ = tracking.desired(t_1)

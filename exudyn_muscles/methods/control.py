@@ -65,12 +65,29 @@ class RecruitmentSettings:
             raise ParameterError(f"solver = {self.solver!r} is not one of {list(Solver)}")
         if not callable(self.normalizer):
             raise ParameterError(f"normalizer = {self.normalizer!r} is not a function")
-        _check_each("coordinate_weights", self.coordinate_weights, 1e-6, 1e6)
+        self._keep_each("coordinate_weights", 1e-6, 1e6)
+        for name in ("weights", "control_limits"):
+            if not isinstance(getattr(self, name), Mapping):
+                raise ParameterError(
+                    f"{name} = {getattr(self, name)!r} is no mapping of names, such as a dict"
+                )
         for name, weight in self.weights.items():
             number_within(f"weights: '{name}'", weight, 1e-6, 1e6)
         for name, limits in self.control_limits.items():
             if not isinstance(limits, ControlLimits):
                 raise ParameterError(f"control_limits: '{name}' = {limits!r} is no ControlLimits")
+
+    def _keep_each(self, name: str, low: float, high: float, unit: str = "") -> None:
+        """Check and keep one number, or a tuple with one for each coordinate."""
+        given = getattr(self, name)
+        if isinstance(given, str) or np.ndim(given) == 0:
+            kept: float | tuple[float, ...] = number_within(name, given, low, high, unit)
+        else:
+            kept = tuple(
+                number_within(f"{name}[{j}]", value, low, high, unit)
+                for j, value in enumerate(given)
+            )
+        object.__setattr__(self, name, kept)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,9 +107,9 @@ class TrackingSettings(RecruitmentSettings):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_each("kp", self.kp, 0.0, math.inf, "1/s^2")
+        self._keep_each("kp", 0.0, math.inf, "1/s^2")
         if self.kv is not None:
-            _check_each("kv", self.kv, 0.0, math.inf, "1/s")
+            self._keep_each("kv", 0.0, math.inf, "1/s")
 
     @property
     def velocity_gain(self) -> float | np.ndarray:
@@ -103,15 +120,6 @@ class TrackingSettings(RecruitmentSettings):
 def _as_one_or_each(values: ArrayLike) -> float | np.ndarray:
     array = np.asarray(values, dtype=float)
     return array if array.ndim else float(array)
-
-
-def _check_each(name: str, values: ArrayLike, low: float, high: float, unit: str = "") -> None:
-    """Check one number, or one for each coordinate."""
-    if isinstance(values, (Sequence, np.ndarray)) and not isinstance(values, str):
-        for j, value in enumerate(values):
-            number_within(f"{name}[{j}]", value, low, high, unit)
-    else:
-        number_within(name, values, low, high, unit)
 
 
 def check_sizes(settings: RecruitmentSettings, coordinates: Sequence[str]) -> None:

@@ -106,12 +106,15 @@ class MuscleOptimization:
     def _optimize(
         self, geometry: Geometry, Q_m: np.ndarray, low: np.ndarray, high: np.ndarray
     ) -> Recruitment:
-        N = self._settings.normalizer(self._model.muscles, high, geometry)
-        N = np.asarray(N, dtype=float)
+        given = self._settings.normalizer(self._model.muscles, high, geometry)
+        try:
+            N = np.asarray(given, dtype=float)
+        except (TypeError, ValueError):
+            N = np.array(np.nan)
         if N.shape != high.shape or not (N > 0.0).all() or not np.isfinite(N).all():
             raise ParameterError(
                 f"normalizer: {self._settings.normalizer!r} must return {high.size} positive "
-                f"forces, got {N}"
+                f"forces, got {given}"
             )
         self._counts.recruitments += 1
         r, N = geometry.moment_arms, N * self._cheaper

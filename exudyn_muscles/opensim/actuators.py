@@ -87,7 +87,7 @@ def _torque_actuator(
     link, against = place.link, other.link
     if link == GROUND:  # whose frame is ground's
         link, against, axis, is_global = against, link, -axis, True
-    if link == GROUND:
+    if link == against:  # both are ground, or welded to one another
         return None
     return TorqueActuator(
         link=link, against=against, axis=axis.tolist(), torque_is_global=is_global, **common

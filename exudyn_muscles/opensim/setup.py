@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 from pathlib import Path
 
+from ..checks import number_within
 from ..errors import MotionError, ParameterError, SpanWarning, warn
 from ..methods.cmc import CMC, Prediction
 from ..methods.control import TrackingSettings
@@ -14,7 +16,7 @@ from ..motion import LowPass, Motion
 from ..muscle.window import Integrator
 from ..recruitment.limits import ControlLimits
 from ..recruitment.normalizers import MaximumIsometricForce, RigidTendonForce
-from .controls import MAXIMUM, MINIMUM, read_controls
+from .controls import MINIMUM, read_controls
 from .document import NOT_GIVEN, Element, read_document
 from .load import Content, read_model
 from .tasks import Task, read_tasks
@@ -97,7 +99,9 @@ def load_setup(
     ModelFileError
         A file is damaged, holds what cannot be represented, or names what there is not.
     StorageError, MotionError
-        The desired kinematics cannot be used.
+        The desired kinematics cannot be used, or not over the span that is asked for.
+    ParameterError
+        A time that is asked for is no number.
     FileNotFoundError
 
     Warns
@@ -105,6 +109,9 @@ def load_setup(
     SpanWarning
         The file's span is longer than the desired kinematics, whose ends are taken instead.
     """
+    for name, time in (("initial_time", initial_time), ("final_time", final_time)):
+        if time is not None:
+            number_within(name, time, -math.inf, math.inf, "s")
     tool = read_document(file, "CMCTool")
     tool.allow(*READ, *WITHOUT_INFLUENCE, *REFUSED)
     for tag in REFUSED:
@@ -194,7 +201,10 @@ def _tasks(tool: Element, content: Content) -> list[Task]:
 
 def _limits(tool: Element, content: Content) -> dict[str, ControlLimits]:
     """Of muscles, as OpenSim has them by default, and of the file's controls."""
-    limits = {name: ControlLimits(MINIMUM, MAXIMUM) for name in content.model.muscles.names}
+    limits = {
+        muscle.name: ControlLimits(max(MINIMUM, muscle.min_control), muscle.max_control)
+        for muscle in content.model.muscles
+    }
     tag = "constraints_file"
     if _is_given(tool, tag):
         limits |= read_controls(_file(tool, tag), content.model, content.idle)
@@ -212,12 +222,15 @@ def _motion(
         cutoff=cutoff if cutoff > 0.0 else None,
         low_pass=LowPass.OPENSIM,
     )
+    own = start is None and end is None
     start = _within(tool, "initial_time", motion) if start is None else start
     end = _within(tool, "final_time", motion) if end is None else end
     try:
         return motion.between(start, end)
     except MotionError as error:
-        raise tool.get("desired_kinematics_file").error(str(error)) from None
+        if own:
+            raise tool.get("desired_kinematics_file").error(str(error)) from None
+        raise MotionError(f"initial_time = {start:g} s, final_time = {end:g} s: {error}") from None
 
 
 def _within(tool: Element, tag: str, motion: Motion) -> float:

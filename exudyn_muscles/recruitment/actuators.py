@@ -23,6 +23,8 @@ KIND, ON, AGAINST, POINT_FRAME, FRAME, POSITION, DIRECTION, COLUMNS = (
     0, 1, 2, 3, 4, slice(5, 8), slice(8, 11), 11
 )  # fmt: skip
 COORDINATE, FORCE, TORQUE = 0.0, 1.0, 2.0
+# Beyond these, quadratic programs no longer see what the muscles cost, or can do, beside it.
+OPTIMAL_FORCES = 1e-3, 1e6
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,9 @@ class PointActuator:
         what = f"point actuator '{self.name}'"
         _check(self, what)
         _check_link(f"{what}: link", self.link, 0)
+        _check_flags(
+            what, point_is_global=self.point_is_global, force_is_global=self.force_is_global
+        )
         object.__setattr__(self, "point", _vector(f"{what}: point", self.point))
         object.__setattr__(self, "direction", _unit(f"{what}: direction", self.direction))
 
@@ -144,6 +149,9 @@ class TorqueActuator:
         _check(self, what)
         _check_link(f"{what}: link", self.link, 0)
         _check_link(f"{what}: against", self.against, GROUND)
+        if self.against == self.link:
+            raise ParameterError(f"{what}: link and against are both {self.link}")
+        _check_flags(what, torque_is_global=self.torque_is_global)
         object.__setattr__(self, "axis", _unit(f"{what}: axis", self.axis))
 
 
@@ -152,11 +160,14 @@ Actuator = Reserve | PointActuator | TorqueActuator
 
 def actuator_names(actuators: Sequence[Actuator]) -> tuple[str, ...]:
     """The actuators' names; from the second on of the same name with a number."""
-    names = [actuator.name for actuator in actuators]
-    seen = [names[:k].count(name) for k, name in enumerate(names)]
-    return tuple(
-        f"{name}_{before + 1}" if before else name for name, before in zip(names, seen, strict=True)
-    )
+    names: list[str] = []
+    for actuator in actuators:
+        name, number = actuator.name, 1
+        while name in names:
+            number += 1
+            name = f"{actuator.name}_{number}"
+        names.append(name)
+    return tuple(names)
 
 
 def compile_columns(
@@ -288,7 +299,7 @@ def _row(
 
 
 def _check(actuator: Actuator, what: str) -> None:
-    number_within(f"{what}: optimal_force", actuator.optimal_force, 1e-9, 1e9)
+    number_within(f"{what}: optimal_force", actuator.optimal_force, *OPTIMAL_FORCES)
     low, high = actuator.min_control, actuator.max_control
     try:
         enclosed = low <= 0.0 <= high
@@ -296,6 +307,12 @@ def _check(actuator: Actuator, what: str) -> None:
         enclosed = False
     if not enclosed:
         raise ParameterError(f"{what}: controls [{low!r}, {high!r}] must enclose 0")
+
+
+def _check_flags(what: str, **flags: object) -> None:
+    for name, value in flags.items():
+        if not isinstance(value, (bool, np.bool_)):
+            raise ParameterError(f"{what}: {name} is True or False, got {value!r}")
 
 
 def _check_link(what: str, link: object, lowest: int) -> None:
@@ -314,8 +331,10 @@ def _vector(what: str, value: Sequence[float]) -> tuple[float, float, float]:
 
 
 def _unit(what: str, value: Sequence[float]) -> tuple[float, float, float]:
-    x, y, z = _vector(what, value)
-    length = float(np.linalg.norm([x, y, z]))
-    if length == 0.0:
+    vector = np.array(_vector(what, value))
+    largest = np.abs(vector).max()
+    if largest == 0.0:
         raise ParameterError(f"{what} has no length")
-    return x / length, y / length, z / length
+    vector /= largest  # whose square is finite
+    x, y, z = (vector / np.linalg.norm(vector)).tolist()
+    return x, y, z

@@ -44,8 +44,16 @@ class ControlLimits:
     _nodes: tuple[tuple[np.ndarray, np.ndarray], ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.steps, bool):
+            raise ParameterError(f"control limits: steps is True or False, got {self.steps!r}")
         nodes = _nodes("minimum", self.minimum), _nodes("maximum", self.maximum)
         object.__setattr__(self, "_nodes", nodes)
+        for name, (t, x) in zip(("minimum", "maximum"), nodes, strict=True):
+            course = getattr(self, name)
+            kept = (tuple(t), tuple(x)) if isinstance(course, tuple) else float(x[0])
+            object.__setattr__(self, name, kept)
+        if np.inf in nodes[0][1] or -np.inf in nodes[1][1]:
+            raise ParameterError("control limits: no control is above inf or below -inf")
         for t in self.times:
             low, high = self.at(t)
             if low > high:

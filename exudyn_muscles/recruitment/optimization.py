@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import warnings
 from contextlib import nullcontext
+from copy import copy
 from enum import Enum
 from typing import NamedTuple
 
@@ -30,10 +31,14 @@ UNMET = 1e-7
 # Accepted residual where the demand is out of reach: the run goes on with forces that share the
 # nearest torque to 1e-5 of their normalising forces.
 ACCEPTED_GAP = 1e-5
-# Weight of the squared gap against the cost where the demand is out of reach.
+# Weight of the squared gap against the squared sizes of what actuators do.
 GAP_WEIGHT = 1e8
-# Rounding of the multipliers of that problem over their size, with Hessians of condition 1e8.
+# And where an actuator is so dear that no solver of quadratic programs copes.
+DEAR_GAP = 1e18
+# Rounding of large multipliers over their size.
 ROUNDING = 1e-12
+# Rows this much shorter than the longest one are rounding: arms of 1e-17 m beside some of 1e-2 m.
+NOISE = 1e-12
 ONE = np.ones(1)
 
 
@@ -132,79 +137,128 @@ def ask(solver: Solver, problem: ScaledProblem) -> tuple[np.ndarray, float] | No
             solution = qpsolvers.solve_problem(problem, solver=solver.value, **options)
     except (qpsolvers.SolverError, ArithmeticError):
         return None
-    if solution.x is None or solution.y is None:
+    x, y = solution.x, solution.y
+    if x is None or y is None:
         return None
-    residual = kkt_residual(solution.x, solution.y, problem.A, problem.b, problem.lb, problem.ub)
-    return (solution.x, residual) if residual <= ACCEPTED else None
+    residual = kkt_residual(x, y, problem.A, problem.b, problem.lb, problem.ub)
+    # A dear actuator that has to do much makes large multipliers; their rounding is in x.
+    residual /= max(1.0, ROUNDING / ACCEPTED * np.abs(y).max())
+    return (x, residual) if residual <= ACCEPTED else None
 
 
 def nearest(problem: ScaledProblem, weights: np.ndarray = ONE) -> tuple[np.ndarray, float] | None:
     """The cheapest x whose torque is nearest to the demand, and its KKT residual.
 
     Nearest in the scaled rows, times their `weights`: every coordinate's gap counts relative to
-    what its actuators can do, which also compares torques with forces. The gap is weighted so
-    heavily against the cost that a demand within reach is met to 1e-8 of a row. DAQP is asked
-    first, then bounded least squares.
+    what its actuators can do, which also compares torques with forces. First the nearest torque is
+    found, by bounded least squares, whatever it costs: `GAP_WEIGHT` weighs the gap against what
+    actuators do relative to what they can. Then the cheapest forces for that torque.
     """
-    low, high = problem.lb, problem.ub
-    A, b = (weights * problem.A.T).T, weights * problem.b
+    answer = nearest_torque(problem, weights)
+    if answer is None:
+        return None
+    x, residual = answer
+    reached = problem.with_torque(problem.A @ x)
+    for solver in Solver:
+        cheapest = ask(solver, reached)
+        if cheapest is not None:
+            return cheapest[0], max(residual, cheapest[1])
+    x = reached.least_squares(np.ones(x.size), DEAR_GAP)
+    return (x, residual) if reached.gap(x) <= UNMET else answer
 
-    def judged(x: np.ndarray) -> tuple[np.ndarray, float]:
-        y = GAP_WEIGHT * (A @ x - b)
-        residual = kkt_residual(x, y, A, A @ x, low, high)
+
+def nearest_torque(problem: ScaledProblem, weights: np.ndarray) -> tuple[np.ndarray, float] | None:
+    """Some x whose torque is nearest to the demand, and its KKT residual.
+
+    DAQP is asked first, then SciPy.
+    """
+    size = problem.size
+    low, high = problem.lb / size, problem.ub / size
+    A, b = (weights * problem.A.T).T * size, weights * problem.b
+
+    def judged(z: np.ndarray) -> tuple[np.ndarray, float]:
+        y = GAP_WEIGHT * (A @ z - b)
+        residual = kkt_residual(z, y, A, A @ z, low, high)
         # y is the larger the larger the gap; its rounding is then all that can be asked for.
-        return x, residual / max(1.0, ROUNDING / ACCEPTED * np.abs(y).max())
+        return z * size, residual / max(1.0, ROUNDING / ACCEPTED * np.abs(y).max())
 
     penalty = problem.P / GAP_WEIGHT + A.T @ A
-    x = qpsolvers.solve_qp(penalty, -A.T @ b, lb=low, ub=high, solver="daqp")
-    answer = None if x is None else judged(np.clip(x, low, high))
+    z = qpsolvers.solve_qp(penalty, -A.T @ b, lb=low, ub=high, solver="daqp")
+    answer = None if z is None else judged(np.clip(z, low, high))
     if answer is None or not answer[1] <= ACCEPTED:
-        # Bounded least squares needs an interior; where there is none the value is known.
-        movable = high > low
-        x = low.copy()
-        size = int(movable.sum())
-        if size:
-            root = np.sqrt(GAP_WEIGHT)
-            left = b - A[:, ~movable] @ x[~movable]
-            x[movable] = lsq_linear(
-                np.vstack([root * A[:, movable], np.eye(size)]),
-                np.concatenate([root * left, np.zeros(size)]),
-                (low[movable], high[movable]),
-                method="bvls",
-                tol=1e-15,
-                max_iter=100 * size,
-            ).x
-        answer = judged(x)
+        answer = judged(problem.least_squares(size, GAP_WEIGHT, weights) / size)
     return answer if answer[1] <= ACCEPTED_GAP else None
 
 
 class ScaledProblem(qpsolvers.Problem):
-    """min x^2/2 subject to A x = b and bounds, with the rows of A scaled to length one.
+    """min x^2/2 subject to A x = b and bounds, with the rows of A scaled by what their actuators
+    can do, or would do at their normalising forces if that is less.
 
-    `scale` (n,) are the rows' lengths before; `unreachable` tells that a coordinate without any
-    actuator is asked for a torque.
+    `scale` (n,) are the rows' lengths before, `size` (m,) the largest |x| that can be of use.
+    Coordinates that actuators cross by no more than rounding have none; `unreachable` tells that
+    one of these is asked for a torque.
     """
 
     def __init__(
         self, r: np.ndarray, Q_m: np.ndarray, F_min: np.ndarray, F_max: np.ndarray, N: np.ndarray
     ) -> None:
-        A, low, high = r.T * N, F_min / N, F_max / N
-        self.scale = np.sqrt((A * A).sum(axis=1))
-        idle = self.scale == 0.0
-        self.scale[idle] = 1.0
-        self.unreachable = bool((Q_m[idle] != 0.0).any())
-        super().__init__(
-            np.eye(low.size),
-            np.zeros(low.size),
-            A=A / self.scale[:, None],
-            b=Q_m / self.scale,
-            lb=low,
-            ub=np.maximum(low, high),
-        )
+        A, low = r.T * N, F_min / N
+        high = np.maximum(low, F_max / N)
+        self.size = _sizes(A, Q_m, low, high)
+        able = A * np.minimum(self.size, 1.0)
+        self.scale = np.sqrt((able * able).sum(axis=1))
+        largest = self.scale.max(initial=0.0)
+        idle = self.scale <= NOISE * largest
+        self.scale[idle] = largest or 1.0
+        A, b = A / self.scale[:, None], Q_m / self.scale
+        self.unreachable = bool((np.abs(b[idle]) > UNMET).any())
+        A[idle] = 0.0
+        if not self.unreachable:
+            b[idle] = 0.0
+        super().__init__(np.eye(low.size), np.zeros(low.size), A=A, b=b, lb=low, ub=high)
+
+    def with_torque(self, b: np.ndarray) -> ScaledProblem:
+        """The same problem for another torque within reach, in scaled rows."""
+        other = copy(self)
+        other.b, other.unreachable = b, False
+        return other
+
+    def least_squares(
+        self, size: np.ndarray, gap_weight: float, weights: np.ndarray = ONE
+    ) -> np.ndarray:
+        """The x that makes the weighted squared gap and the squares of x over `size` least."""
+        low, high = self.lb / size, self.ub / size
+        A, b = (weights * self.A.T).T * size, weights * self.b
+        # Bounded least squares needs an interior; where there is none the value is known.
+        movable = high > low
+        z = low.copy()
+        count = int(movable.sum())
+        if count:
+            root = np.sqrt(gap_weight)
+            left = b - A[:, ~movable] @ z[~movable]
+            z[movable] = lsq_linear(
+                np.vstack([root * A[:, movable], np.eye(count)]),
+                np.concatenate([root * left, np.zeros(count)]),
+                (low[movable], high[movable]),
+                method="bvls",
+                tol=1e-15,
+                max_iter=100 * count,
+            ).x
+        return z * size
 
     def gap(self, x: np.ndarray) -> float:
         """Largest part of a row by which A x misses b."""
         return float(np.abs(self.A @ x - self.b).max())
+
+
+def _sizes(A: np.ndarray, Q_m: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """The largest |x| (m,): within the bounds, or where there is none what all demands need."""
+    size = np.maximum(np.abs(low), np.abs(high))
+    for i in np.flatnonzero(np.isinf(size)):
+        longest = np.abs(A[:, i]).max()
+        size[i] = max(1.0, np.abs(Q_m).max() / longest) if longest > 0.0 else 1.0
+    size[size == 0.0] = 1.0
+    return size
 
 
 @kernel

@@ -171,6 +171,12 @@ def test_gains_of_every_coordinate():
         em.computed_muscle_control(model, motion, settings=em.CMC(kp=[1.0, 2.0, 3.0]))
     with pytest.raises(em.ParameterError, match=r"kv\[1\] = -1"):
         em.CMC(kv=[1.0, -1.0])
+    assert em.CMC(kp=np.array([1.0, 2.0])) == em.CMC(kp=[1, 2])
+    assert em.CMC(kp=np.array(3.0)).kp == 3.0
+    for name in ("weights", "control_limits"):
+        for given in ([1, 2], None):
+            with pytest.raises(em.ParameterError, match=f"{name} = .* is no mapping of names"):
+                em.CMC(**{name: given})
 
 
 def test_control_limits_hold_over_time():
@@ -192,6 +198,56 @@ def test_control_limits_hold_over_time():
     assert (u[:, rested] > low - 1e-12).all() and (u[:, rested] < low + 1e-12).any()
     assert (u[:, strongest] < high + 1e-12).all() and (u[:, strongest] > high - 1e-12).any()
     assert (free[:, rested] < low).any() and (free[:, strongest] > high).any()
+
+
+def test_limits_are_stored_with_the_result():
+    model, motion = planar_arm.build(), planar_arm.motion()
+    limits = {"elbow_flexor": em.ControlLimits(([0.0, 1.0], [0.05, 0.1]), 1.0)}
+    result = em.static_optimization(model, motion, settings=em.Static(control_limits=limits))
+    assert result.settings["control_limits"]["elbow_flexor"] == {
+        "minimum": [[0.0, 1.0], [0.05, 0.1]], "maximum": 1.0, "steps": False,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("step", [0.004, 0.007, 0.008])
+def test_reserves_keep_their_limits_where_steps_do_not_divide_the_window(step):
+    arm, motion = planar_arm.build(), planar_arm.motion()
+    weak = [
+        dataclasses.replace(muscle, max_isometric_force=0.1 * muscle.max_isometric_force)
+        for muscle in arm.muscles
+    ]
+    reserves = [em.Reserve(name, 10.0, -0.3, 0.3) for name in ("shoulder", "elbow")]
+    model = em.MusculoskeletalModel(
+        arm.mbs, 0, weak, coordinates=["shoulder", "elbow"], reserves=reserves
+    )
+    start_at(model, motion)
+    with pytest.warns(em.UnmetTorqueWarning):
+        cmc = plugin_run(
+            model, em.CMCPlugin(model, motion, em.CMC(kp=KP)), settings(step, 100 * step)
+        )
+    assert np.abs(cmc.reserves).max() == pytest.approx(3.0)
+
+
+def test_a_window_ends_with_the_run():
+    """The last one is as long as what is left, and asks for nothing beyond."""
+    model, motion = planar_arm.build(), planar_arm.motion()
+    start_at(model, motion)
+    cmc = plugin_run(model, em.CMCPlugin(model, motion, em.CMC(kp=KP)), settings(0.001, 0.096))
+    assert cmc.window_time[-2:] == pytest.approx([0.09, 0.096])
+    q, v, a = motion(0.096)
+    M, bias = inverse_dynamics(model, q, v)
+    start = cmc.time.searchsorted(0.09 - 1e-9)
+    q_d, v_d, _ = motion(0.09)
+    a = a + KP * (q_d - cmc.coordinates[start]) + 2 * KP**0.5 * (v_d - cmc.speeds[start])
+    np.testing.assert_allclose(cmc.torques_demanded[-1], M @ a + bias, rtol=1e-9)
+
+
+def inverse_dynamics(model, q, v):
+    model.skeleton.open()
+    try:
+        return model.skeleton.dynamics_at(q, v, 0.0)
+    finally:
+        model.skeleton.close()
 
 
 def test_weights_spare_a_muscle():

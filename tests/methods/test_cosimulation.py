@@ -3,8 +3,11 @@
 import dataclasses
 import warnings
 
+import exudyn as exu
+import exudyn.rigidBodyUtilities as rigid
 import numpy as np
 import pytest
+from exudyn.utilities import HomogeneousTransformation, RigidBodyInertia, TreeLink
 
 import exudyn_muscles as em
 from exudyn_muscles.methods.cosimulation import css_growth, css_limit
@@ -248,3 +251,34 @@ def test_the_report_names_the_muscles_that_could_do_no_more():
     assert elbow == ("elbow_flexor", "biarticular_flexor")
     report = result.unmet_torque_report()
     assert "where shoulder_flexor, biarticular_flexor pulled at most" in report
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3, 1.1])
+def test_a_joint_that_no_muscle_crosses_changes_nothing(turn):
+    """The pendulum behind a joint across its plane, on a base turned by any angle: arms of 1e-18 m
+    on that joint are none."""
+    R = rigid.RotationMatrixY(turn)
+    mbs = exu.SystemContainer().AddSystem()
+    still = RigidBodyInertia(mass=0.1, inertiaTensor=1e-3 * np.eye(3), com=[0, 0, 0])
+    bar = RigidBodyInertia(mass=1.0, inertiaTensor=np.diag([0.25, 1e-3, 0.25]), com=[0, -0.5, 0])
+    joints = [(exu.JointType.RevoluteX, R, still), (exu.JointType.RevoluteZ, np.eye(3), bar)]
+    links = [
+        TreeLink(jointType=kind, parent=k - 1, jointHT=HomogeneousTransformation(T, [0, 0, 0]),
+                 linkInertia=inertia)
+        for k, (kind, T, inertia) in enumerate(joints)
+    ]  # fmt: skip
+    tree = mbs.CreateKinematicTree(listOfTreeLinks=links, gravity=[0, -9.81, 0])
+    mbs.Assemble()
+    size = {"max_isometric_force": 3e3, "optimal_fiber_length": 0.15, "tendon_slack_length": 0.16}
+    muscles = [
+        em.Muscle(name, **size, path=[
+            em.PathPoint(R @ [side * 0.05, 0, 0]), em.PathPoint([0, -0.3, 0], link=1)
+        ])
+        for name, side in (("left", -1.0), ("right", 1.0))
+    ]  # fmt: skip
+    model = em.MusculoskeletalModel(mbs, tree, muscles)
+    swing = np.column_stack([np.zeros(4), np.radians([180, 120, 240, 180])])
+    motion = em.Motion.from_waypoints([0, 1 / 3, 2 / 3, 1], swing)
+    result = em.cosimulate(model, motion, settings=em.Cosimulation(kp=KP))
+    assert result.max_unmet_torque == 0.0
+    assert rms_deg(result)[1] == pytest.approx(0.0186, abs=1e-4)

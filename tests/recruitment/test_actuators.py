@@ -166,6 +166,10 @@ TORQUE_ACTUATOR = {"link": 0, "axis": [0, 0, 1], "optimal_force": 1.0}
         (em.PointActuator, {"min_control": 1.0}, "point actuator 'X': controls [1.0, inf] must"),
         (em.TorqueActuator, {"axis": [1, 0]}, "torque actuator 'X': axis is three finite numbers"),
         (em.TorqueActuator, {"against": 1.5}, "torque actuator 'X': against is an integer from -1"),
+        (em.TorqueActuator, {"against": 0}, "torque actuator 'X': link and against are both 0"),
+        (em.TorqueActuator, {"torque_is_global": "no"}, "torque_is_global is True or False, got"),
+        (em.PointActuator, {"point_is_global": "false"}, "point_is_global is True or False, got"),
+        (em.PointActuator, {"optimal_force": 1e-4}, "optimal_force = 0.0001 is outside [0.001,"),
     ],
 )
 def test_actuators_that_are_none(kind, wrong, message):
@@ -191,3 +195,13 @@ def test_a_link_that_does_not_exist(actuator):
 def test_names():
     given = [em.Reserve("hip", 1.0), em.Reserve("hip", 2.0), em.Reserve("hip", 1.0, name="motor")]
     assert actuator_names(given) == ("hip_reserve", "hip_reserve_2", "motor")
+    given = [em.Reserve("hip", 1.0, name=name) for name in ("a", "a_2", "a")]
+    assert actuator_names(given) == ("a", "a_2", "a_3")
+
+
+def test_directions_of_any_length():
+    for length in (1e-300, 1.0, 1e200):
+        given = em.PointActuator(
+            "X", **{**POINT_ACTUATOR, "direction": [0.0, 3 * length, 4 * length]}
+        )
+        np.testing.assert_allclose(given.direction, [0.0, 0.6, 0.8])

@@ -63,6 +63,9 @@ def test_steps_hold_up_to_their_time():
         ((0.0, ([0, 1], [1])), "maximum is a number"),
         ((0.0, "one"), "maximum is a number"),
         ((np.nan, 1.0), "minimum is a number"),
+        ((np.inf, np.inf), "no control is above inf or below -inf"),
+        ((-np.inf, -np.inf), "no control is above inf or below -inf"),
+        ((0.0, 1.0, "yes"), "steps is True or False, got 'yes'"),
     ],
 )
 def test_limits_that_are_none(limits, message):
@@ -81,3 +84,12 @@ def test_limits_that_are_none(limits, message):
 def test_limits_that_do_not_fit_the_model(name, limits, message):
     with pytest.raises(em.ParameterError, match=re.escape(message)):
         Limits({name: em.ControlLimits(*limits)}, MUSCLES, RESERVES)
+
+
+def test_limits_are_values():
+    """They compare, and do not change with the lists that they were given."""
+    times, values = [0.0, 1.0], [0.1, 0.2]
+    given = em.ControlLimits((times, values), 1)
+    values[0] = 5.0
+    assert given == em.ControlLimits((np.array([0.0, 1.0]), np.array([0.1, 0.2])), 1.0)
+    assert given.at(0.0) == (0.1, 1.0)

@@ -384,9 +384,43 @@ def test_rows_are_scaled_to_length_one():
     problem = ScaledProblem(
         np.array([[3.0, 0.0], [4.0, 0.0]]), np.array([10.0, 2.0]), np.zeros(2), *np.ones((2, 2))
     )
-    np.testing.assert_allclose(problem.scale, [5.0, 1.0])
+    np.testing.assert_allclose(problem.scale, [5.0, 5.0])  # nothing acts on the second
     np.testing.assert_allclose(problem.A, [[0.6, 0.8], [0.0, 0.0]])
-    np.testing.assert_allclose(problem.b, [2.0, 2.0])
+    np.testing.assert_allclose(problem.b, [2.0, 0.4])
+    assert problem.unreachable
+
+
+@pytest.mark.parametrize("demand", [0.0, 1e-17, 1e-15, -1e-12])
+def test_arms_that_are_rounding_are_none(demand):
+    """A muscle that crosses a coordinate by 1e-18 m does not, and the others get their torque."""
+    case = Case([[0.05, 3e-18], [-0.05, 5e-18]], [20.0, demand], 0.0, 1000.0)
+    found = case.solve()
+    np.testing.assert_allclose(found.force, [400.0, 0.0], atol=1e-9)
+    assert (found.unmet == 0.0).all()
+
+
+DEAR = [1e-3, 1e-2, 0.1, 1.0, 10.0]
+
+
+@pytest.mark.parametrize("optimal", DEAR)
+@pytest.mark.parametrize("hip", [20.0, 60.0])
+def test_a_dear_reserve_does_what_the_muscles_cannot(hip, optimal):
+    """Whether or not the other coordinate is within reach, of which muscles give 50 and 40."""
+    r = [[0.05, 0.0], [-0.05, 0.0], [0.0, 0.04], [0.0, -0.04]]
+    found = with_reserves(Case(r, [hip, 60.0], 0.0, 1000.0), knee=optimal).solve()
+    forces = [min(400.0 * hip / 20.0, 1000.0), 0.0, 1000.0, 0.0, 20.0]
+    np.testing.assert_allclose(found.force, forces, atol=2e-5)
+    np.testing.assert_allclose(found.unmet, [max(hip - 50.0, 0.0), 0.0], atol=1e-5)
+    assert found.unmet[1] == 0.0
+
+
+@pytest.mark.parametrize("optimal", [1.0, 1e3, 1e6])
+@pytest.mark.parametrize("demand", [30.0, 51.05, 60.0])
+def test_a_cheap_reserve_with_narrow_limits_takes_nothing_from_the_muscles(demand, optimal):
+    case = Case([[0.05], [1.0]], [demand], [0.0, -1.0], [1000.0, 1.0], [1000.0, optimal])
+    found = case.solve()
+    assert found.torque[0] == pytest.approx(min(demand, 51.0))
+    assert found.unmet[0] == pytest.approx(max(demand - 51.0, 0.0), abs=1e-6)
 
 
 @pytest.mark.parametrize("weights", [(1.0, 9.0), (2.0, 18.0)])
