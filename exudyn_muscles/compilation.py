@@ -51,4 +51,4 @@ def is_compiled(kernel: Any) -> bool:
 @cache
 def _tell() -> None:
     # A warning, because these reach stderr without any configuration of logging.
-    logger.warning("compiling the muscle kernels for this machine, some 15 s, once")
+    logger.warning("compiling the muscle kernels for this machine, some 20 s, once")
