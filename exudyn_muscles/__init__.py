@@ -3,6 +3,7 @@
 from importlib.metadata import version
 
 from . import opensim, plot, storage, view
+from .curves import Curve
 from .errors import (
     DisplayError,
     ExudynMusclesError,
@@ -42,7 +43,6 @@ from .methods.static import Static, static_optimization
 from .model import MusculoskeletalModel
 from .motion import LowPass, Motion
 from .muscle.activation import ActivationDynamics
-from .muscle.curves import Curve
 from .muscle.dynamics import MuscleDynamics, muscle_dynamics, tendon_length
 from .muscle.equilibrium import Equilibrium, equilibrium
 from .muscle.laws.custom import CustomLaw
@@ -53,7 +53,6 @@ from .muscle.laws.schutte_1993 import Schutte1993
 from .muscle.laws.thelen_2003 import Thelen2003
 from .muscle.laws.thelen_2003_deprecated import Thelen2003Deprecated
 from .muscle.parameters import Muscle, MuscleSet
-from .muscle.splines import simm_spline
 from .muscle.window import Integrator, WindowEnd, integrate_window
 from .path.followers import Follower, linear_function
 from .path.functions import FunctionPath
@@ -69,6 +68,7 @@ from .recruitment.normalizers import (
 )
 from .recruitment.optimization import Solver
 from .result import Counts, Difference, Excitations, Status, Trajectory
+from .splines import simm_spline
 from .storage import Storage, read_storage
 
 __version__ = version("exudyn_muscles")

@@ -9,10 +9,10 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from numba import njit
+import numba
 
 # Kernels call each other and freeze constants across these files.
-SOURCES = ("kernel.py", "muscle", "path", "recruitment", "methods/unified.py")
+SOURCES = ("kernel.py", "curves.py", "muscle", "path", "recruitment", "methods/unified.py")
 
 
 def kernel(
@@ -37,20 +37,22 @@ def kernel(
         return partial(kernel, inline=inline, allocates=allocates)
     # Without fastmath, which would save a sixth: fused multiply-adds fall differently in the
     # process that compiles a kernel and in those that load it, and so would a result's last bits.
-    dispatcher = njit(cache=True, error_model="numpy", forceinline=inline, _nrt=allocates)(function)
+    compiler = numba.njit(cache=True, error_model="numpy", forceinline=inline, _nrt=allocates)
+    dispatcher = compiler(function)
     # Without numba's attribute (or with its compiler switched off) its own rule has to do.
     with suppress(AttributeError):
         cache_file = dispatcher._cache._cache_file
-        _ = cache_file._source_stamp  # still there?
-        cache_file._source_stamp = _stamp()
+        _ = cache_file._source_stamp, cache_file._version  # still there?
+        # The version is read first: the rest may name types of a module that was moved since.
+        cache_file._source_stamp = cache_file._version = _stamp()
     return dispatcher
 
 
 @cache
 def _stamp() -> str:
-    """Hash of the contents of all kernel sources."""
+    """Hash of the version of numba and the contents of all kernel sources."""
     root = Path(__file__).parent
-    content = sha256()
+    content = sha256(numba.__version__.encode())
     for source in SOURCES:
         path = root / source
         for file in sorted(path.glob("*.py")) if path.is_dir() else [path]:

@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from .checks import number_within
+from .curves import Curve
 from .errors import ParameterError
 from .muscle.contraction import fiber_force
-from .muscle.curves import Curve
 from .muscle.laws.custom import CustomLaw
 from .muscle.laws.law import MuscleLaw
 from .muscle.parameters import Muscle, MuscleSet

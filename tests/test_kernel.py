@@ -68,6 +68,22 @@ def test_a_change_in_another_file_is_seen(package):
     assert float(stiffer) > float(first) + 1.0
 
 
+def rename(package, module, name):
+    package.joinpath(f"{module}.py").rename(package / f"{name}.py")
+    for file in package.rglob("*.py"):
+        text = file.read_text().replace(f"{module} import", f"{name} import")
+        file.write_text(text.replace(f'"{module}.py"', f'"{name}.py"'))
+
+
+def test_kernels_stored_before_a_module_was_moved_are_compiled_anew(package):
+    """They name the types of a module that is there no longer."""
+    rename(package, "curves", "old_curves")
+    first, _ = run(package.parent, EQUILIBRIUM)
+    rename(package, "old_curves", "curves")
+    assert run(package.parent, EQUILIBRIUM) == (first, 0)
+    assert run(package.parent, EQUILIBRIUM) == (first, 1)
+
+
 def test_stored_kernels_give_the_bits_of_those_just_compiled(package):
     compiled, hits = run(package.parent, WINDOWS)
     assert hits == 0

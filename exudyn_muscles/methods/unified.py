@@ -15,11 +15,11 @@ import numpy as np
 
 from ..compilation import announce_compilation
 from ..coupling import Plugin
+from ..curves import PackedCurves
 from ..errors import WindowError
 from ..kernel import kernel
 from ..model import MusculoskeletalModel
 from ..motion import Motion
-from ..muscle.curves import PackedCurves
 from ..muscle.parameters import Units
 from ..muscle.trapezoidal import step
 from ..path.geometry import Geometry, path_geometry, path_tables

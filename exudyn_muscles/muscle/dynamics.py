@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..curves import evaluate
 from ..errors import ParameterError
 from ..kernel import kernel
 from .activation import activation_rate
 from .arguments import as_rows, check_range
 from .contraction import fiber, fiber_force, stopped_rate, tendon, tendon_force
-from .curves import evaluate
 from .parameters import (
     ACTIVATION,
     BETA,

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..curves import Curve
 from ..errors import ParameterError
-from ..muscle.curves import Curve
-from ..muscle.splines import simm_spline
 from ..path.followers import linear_function
+from ..splines import simm_spline
 from .document import Element
 
 # OpenSim reads the older names as the first.

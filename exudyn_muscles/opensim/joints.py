@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..muscle.curves import Curve
+from ..curves import Curve
 from .document import Element
 from .functions import Line, as_curve, read_function
 

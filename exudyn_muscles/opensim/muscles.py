@@ -12,9 +12,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..checks import number_within
+from ..curves import Curve
 from ..errors import ParameterError
 from ..muscle.activation import ActivationDynamics
-from ..muscle.curves import Curve
 from ..muscle.laws.de_groote_fregly_2016 import DeGrooteFregly2016
 from ..muscle.laws.law import MuscleLaw
 from ..muscle.laws.millard_2012 import (

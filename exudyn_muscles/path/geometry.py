@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..curves import PackedCurves, evaluate
 from ..errors import WrappingError
 from ..kernel import kernel
-from ..muscle.curves import PackedCurves, evaluate
 from .functions import function_geometry
 from .geodesic import follow_geodesic, steps_over
 from .points import COORDINATE, CURVES, Paths

@@ -8,8 +8,8 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
+from ..curves import Curve, PackedCurves, pack
 from ..errors import ParameterError
-from ..muscle.curves import Curve, PackedCurves, pack
 from ..muscle.parameters import Muscle, MuscleSet
 from .functions import FACTOR_COLUMNS, FACTOR_COORDINATE, FunctionPath
 from .surfaces import LINK, WRAP_COLUMNS, PathWrap, WrapSurface

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...curves import COEFFICIENTS, END, ORIGIN, Curve
 from ...errors import ParameterError
-from ..curves import COEFFICIENTS, END, ORIGIN, Curve
+from ...splines import simm_spline
 from ..force_velocity import SCHUTTE, K, M, S
-from ..splines import simm_spline
 from .law import HillCurves, MuscleLaw
 
 Points = tuple[tuple[float, ...], tuple[float, ...]]

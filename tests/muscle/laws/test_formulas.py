@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
+from exudyn_muscles.curves import COEFFICIENTS, END, ORIGIN
 from exudyn_muscles.errors import ParameterError
-from exudyn_muscles.muscle.curves import COEFFICIENTS, END, ORIGIN
 from exudyn_muscles.muscle.laws.de_groote_fregly_2016 import (
     DeGrooteFregly2016,
     DeGrooteFregly2016Published,

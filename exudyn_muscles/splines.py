@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..errors import ParameterError
 from .curves import Curve
+from .errors import ParameterError
 
 
 def simm_spline(x: Sequence[float], y: Sequence[float]) -> Curve:

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import ParameterError
-from ..kernel import kernel
+from .errors import ParameterError
+from .kernel import kernel
 
 # One piece in a row, a cache line: its origin, six coefficients in ascending order, its end.
 ORIGIN, COEFFICIENTS, END, COLUMNS = 0, slice(1, 7), 7, 8
