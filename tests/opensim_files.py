@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 import exudyn_muscles as em
 from exudyn_muscles.opensim.bodies import Bodies
 from exudyn_muscles.opensim.document import read_document
-from exudyn_muscles.path.tree import link_frames
+from exudyn_muscles.path.tree import tree_frames
 
 BODY = """
 <Body name="{name}"><mass>2.5</mass><mass_center>0.1 -0.2 0.05</mass_center>
@@ -67,12 +67,8 @@ class Loaded:
 
     def pose(self, q, body):
         """Rotation (3, 3) and position (3,) of a body."""
-        t, n = self.model.skeleton.tree, len(self.model.skeleton.tree_coordinates)
-        R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
-        link_frames(
-            t.joints, t.parents, t.rotations, t.offsets, t.base, t.reference,
-            self.model.state_of_tree(np.asarray(q, dtype=float))[0], R, p, axes,
-        )  # fmt: skip
+        of_tree = self.model.state_of_tree(np.asarray(q, dtype=float))[0]
+        R, p, _ = tree_frames(self.model.skeleton.tree, of_tree)
         link, H = self.places[f"/bodyset/{body}"]
         if link < 0:
             return H[:3, :3], H[:3, 3]

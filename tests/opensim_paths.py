@@ -15,16 +15,11 @@ from exudyn_muscles.path.points import collect_paths
 from exudyn_muscles.path.tree import Tree
 
 from .opensim import REFERENCE
+from .opensim_files import frame
 from .opensim_models import FILES, vector
 
 REVOLUTE_Z, PRISMATIC_Z = 2, 5
 UNIT = {"max_isometric_force": 1.0, "optimal_fiber_length": 0.1, "tendon_slack_length": 0.1}
-
-
-def frame(angles, position):
-    H = np.eye(4)
-    H[:3, :3], H[:3, 3] = Rotation.from_euler("XYZ", angles).as_matrix(), position
-    return H
 
 
 def scaled(element):

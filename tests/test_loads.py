@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import exudyn_muscles as em
-from exudyn_muscles.path.tree import link_frames
+from exudyn_muscles.path.tree import tree_frames
 
 from . import leg
 from .differences import gradient
@@ -119,26 +119,25 @@ def test_Q_of_trees_of_all_joints(seed):
         System(seed, extend=extend)
         for extend in (None, lambda s: em.add_external_force(s.mbs, s.number, force))
     ]
-    tree, n = systems[0].skeleton.tree, len(systems[0].skeleton.tree)
+    tree = systems[0].skeleton.tree
 
-    def frames(x):
-        R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
-        link_frames(
-            tree.joints, tree.parents, tree.rotations, tree.offsets, tree.base, tree.reference,
-            x, R, p, axes,
-        )  # fmt: skip
-        return R, p
+    def orientation(x):
+        return tree_frames(tree, x)[0][link]
 
     for k, t in enumerate(data["times"]):
         q, v = systems[0].state()
         (_, plain), (_, loaded) = (each.skeleton.dynamics_at(q, v, t) for each in systems)
-        R, o = frames(q)
+        R, o, _ = tree_frames(tree, q)
         R, o = np.append(R, [np.eye(3)], 0), np.append(o, [np.zeros(3)], 0)  # ground is -1
         f, tau = R[force_in] @ data["force"][k], R[force_in] @ data["torque"][k]
         p = o[point_in] + R[point_in] @ data["point"][k]
         on_link = R[link].T @ (p - o[link])
-        J = gradient(lambda x, r=on_link: frames(x)[1][link] + frames(x)[0][link] @ r, q, 1e-3)
-        spin = np.einsum("abk,cb->ack", gradient(lambda x: frames(x)[0][link], q, 1e-3), R[link])
+
+        def point(x, r=on_link):
+            return tree_frames(tree, x)[1][link] + orientation(x) @ r
+
+        J = gradient(point, q, 1e-3)
+        spin = np.einsum("abk,cb->ack", gradient(orientation, q, 1e-3), R[link])
         W = np.array([spin[2, 1], spin[0, 2], spin[1, 0]])
         np.testing.assert_allclose(plain - loaded, J.T @ f + W.T @ tau, rtol=0, atol=1e-8)
 

@@ -80,6 +80,16 @@ def leg():
     return em.opensim.load_setup(LEG)
 
 
+@pytest.fixture(scope="module")
+def arm_runs(arm):
+    return runs(arm)
+
+
+@pytest.fixture(scope="module")
+def leg_runs(leg):
+    return runs(leg)
+
+
 # -- the arm --------------------------------------------------------------------------------------
 
 
@@ -97,15 +107,15 @@ def test_the_arms_setup(arm):
     assert arm.results_directory == ARM.parent / "Results_Arm26"
 
 
-def test_the_arms_states_are_opensims(arm):
+def test_the_arms_states_are_opensims(arm_runs):
     states = arm_states()
-    for method, result in runs(arm).items():
+    for method, result in arm_runs.items():
         worst = differences(result, states)
         assert max(worst.values()) < ARM_TOLERANCE, (method, worst)
         assert result.max_unmet_torque == 0.0
 
 
-def test_with_opensims_moment_arm_the_long_biceps_is_nearer(arm, monkeypatch):
+def test_with_opensims_moment_arm_the_long_biceps_is_nearer(arm, arm_runs, monkeypatch):
     """Over its ellipsoid OpenSim's arm is off -dl/dq by 0.26 mm all over this motion."""
     table = np.load(REFERENCE / "arm26_static.npz")
     model, i = arm.model, arm.model.muscles.names.index("BIClong")
@@ -114,7 +124,7 @@ def test_with_opensims_moment_arm_the_long_biceps_is_nearer(arm, monkeypatch):
     offset[i, 0] = (table["R"][0] - model.geometry(q, v).moment_arms)[i, 0]
     assert 2e-4 < offset[i, 0] < 3e-4
     states, own = arm_states(), model.geometry
-    before = differences(runs(arm)["csf"], states)["BIClong", "activation"]
+    before = differences(arm_runs["csf"], states)["BIClong", "activation"]
 
     def with_offset(q, v):
         geometry = own(q, v)
@@ -135,8 +145,8 @@ def test_the_arm_tracks_better_than_opensims():
         assert (results["csf"].tracking_error_rms() < [1e-4, 2e-4]).all()
 
 
-def test_the_arms_excitations_replay(arm):
-    cmc = runs(arm)["cmc"]
+def test_the_arms_excitations_replay(arm, arm_runs):
+    cmc = arm_runs["cmc"]
     replay = em.forward_dynamics(arm.model, cmc.excitations)
     assert np.abs(replay.coordinates - cmc.coordinates).max() < 1e-6
 
@@ -178,16 +188,16 @@ def test_the_legs_setup(leg):
 OSCILLATING = {("ankle_angle_r", "speed"), ("tib_ant_r", "activation")}
 
 
-def test_the_legs_states_are_opensims_but_where_those_oscillate(leg):
+def test_the_legs_states_are_opensims_but_where_those_oscillate(leg_runs):
     states = em.read_storage(LEG_STATES)
-    for method, result in runs(leg).items():
+    for method, result in leg_runs.items():
         worst = differences(result, states)
         assert max(worst[key] for key in set(worst) - OSCILLATING) < LEG_TOLERANCE, (method, worst)
         assert result.max_unmet_torque == 0.0
         assert result.time[-1] == pytest.approx(1.0)
 
 
-def test_opensims_ankle_oscillates_and_with_its_prediction_so_does_ours(leg):
+def test_opensims_ankle_oscillates_and_with_its_prediction_so_does_ours(leg, leg_runs):
     """Its speed alternates from window to window about a motion that does not, and the oscillation
     grows. So does ours, in step with it, with OpenSim's prediction of the window and from where its
     simulation begins; tib_ant is then within the tolerance, too."""
@@ -200,7 +210,7 @@ def test_opensims_ankle_oscillates_and_with_its_prediction_so_does_ours(leg):
     within = states.time <= 1.0
     standard = off(states.time[within], states.values[within, column])
     assert np.sqrt(np.mean(standard**2)) > 0.4
-    for result in runs(leg).values():
+    for result in leg_runs.values():
         later = result.time > 0.83
         ours = off(result.time[later], result.speeds[later, j])
         assert np.sqrt(np.mean(ours**2)) < 0.1 * np.sqrt(np.mean(standard**2))
@@ -230,8 +240,8 @@ def test_the_leg_tracks_no_worse_than_opensims(leg):
     assert np.mean(list(ratios.values())) < 0.6
 
 
-def test_the_legs_excitations_replay(leg):
-    cmc = runs(leg)["cmc"]
+def test_the_legs_excitations_replay(leg, leg_runs):
+    cmc = leg_runs["cmc"]
     replay = em.forward_dynamics(leg.model, cmc.excitations)
     assert np.abs(replay.coordinates - cmc.coordinates).max() < 1e-6
 

@@ -14,7 +14,7 @@ from exudyn.kinematicTree import Inertia2T66, KinematicTree66
 from exudyn.utilities import RigidBodyInertia
 
 import exudyn_muscles as em
-from exudyn_muscles.path.tree import link_frames
+from exudyn_muscles.path.tree import tree_frames
 from exudyn_muscles.skeleton import Skeleton
 
 from .differences import gradient
@@ -84,21 +84,14 @@ def lagrange(system, q, v):
     """M and H from the kinetic and potential energy of the links, by differences."""
     tree, n = system.skeleton.tree, system.n
 
-    def frames(x):
-        R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
-        link_frames(
-            tree.joints, tree.parents, tree.rotations, tree.offsets, tree.base, tree.reference,
-            x, R, p, axes,
-        )  # fmt: skip
-        return R, p
-
     def centres(x):
-        R, p = frames(x)
+        R, p, _ = tree_frames(tree, x)
         return np.array([p[i] + R[i] @ link.linkInertia.com for i, link in enumerate(system.links)])
 
     def mass(x):
-        R = frames(x)[0]
-        J, dR = gradient(centres, x, 1e-3), gradient(lambda y: frames(y)[0], x, 1e-3)
+        R = tree_frames(tree, x)[0]
+        J = gradient(centres, x, 1e-3)
+        dR = gradient(lambda y: tree_frames(tree, y)[0], x, 1e-3)
         M = np.zeros((n, n))
         for i, link in enumerate(system.links):
             spin = np.einsum("abk,cb->ack", dR[i], R[i])  # dR R^T, the angular velocity's matrix

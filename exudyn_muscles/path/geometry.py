@@ -26,7 +26,7 @@ from .geodesic import follow_geodesic, steps_over
 from .points import COORDINATE, CURVES, Paths
 from .rope import distance, from_surface, is_arc, lay, surface_frames
 from .surfaces import CYLINDER, FIRST, HALF_LENGTH, LAST, LINK, RADII, SHAPE, WRAP_COLUMNS
-from .tree import PRISMATIC, Tree, link_frames
+from .tree import PRISMATIC, Tree, link_frames, tree_frames
 
 X = CURVES.start
 
@@ -289,13 +289,8 @@ def _wrap_table(rows: list[np.ndarray]) -> np.ndarray:
 
 def _frames(tree: Tree, paths: Paths, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Orientations and positions of the links, and positions of the path points."""
-    n = len(tree)
-    R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
+    R, p, _ = tree_frames(tree, q)
     x = np.empty((paths.links.size, 3))
-    link_frames(
-        tree.joints, tree.parents, tree.rotations, tree.offsets, tree.base, tree.reference, q, R, p,
-        axes,
-    )  # fmt: skip
     point_positions(paths.positions, paths.links, tree.base, R, p, x)
     return R, p, x
 

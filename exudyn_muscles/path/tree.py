@@ -51,6 +51,17 @@ class Tree:
         return self.joints.size
 
 
+def tree_frames(tree: Tree, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Orientations (n, 3, 3), positions (n, 3) and global joint axes (n, 3) of all links."""
+    n = len(tree)
+    R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
+    link_frames(
+        tree.joints, tree.parents, tree.rotations, tree.offsets, tree.base, tree.reference, q, R, p,
+        axes,
+    )  # fmt: skip
+    return R, p, axes
+
+
 @kernel
 def link_frames(joints, parents, rotations, offsets, base, reference, q, R, p, axes):
     """Write orientations R (n, 3, 3), positions p (n, 3) and global joint axes (n, 3)."""

@@ -15,7 +15,7 @@ import numpy as np
 from ..checks import number_within
 from ..errors import ParameterError
 from ..kernel import kernel
-from ..path.tree import GROUND, PRISMATIC, Tree, link_frames
+from ..path.tree import GROUND, PRISMATIC, Tree, tree_frames
 
 # Columns of the table of actuators: what, on which coordinate or link, against which link, and in
 # whose frame position and direction are.
@@ -200,14 +200,9 @@ def compile_columns(
         constant.setflags(write=False)
         return lambda q: constant
 
-    n = len(tree)
-    joints = tree.joints, tree.parents, tree.rotations, tree.offsets, tree.base, tree.reference
-    R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
-
     def of_tree(q: np.ndarray) -> np.ndarray:
-        S = np.empty((n, len(actuators)))
-        link_frames(*joints, q, R, p, axes)
-        columns(tree.joints, tree.parents, R, p, axes, table, S)
+        S = np.empty((len(tree), len(actuators)))
+        columns(tree.joints, tree.parents, *tree_frames(tree, q), table, S)
         return S
 
     return of_tree

@@ -17,6 +17,7 @@ from ..zoo import LAWS
 from . import hill
 
 EVERY_LAW = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+EITHER_TENDON = pytest.mark.parametrize("rigid", [False, True], ids=["elastic", "rigid"])
 EITHER_INTEGRATOR = pytest.mark.parametrize("integrator", em.Integrator)
 
 

@@ -12,9 +12,7 @@ import exudyn_muscles as em
 from ..differences import difference
 from ..zoo import LAWS
 from . import hill
-from .test_contraction import EVERY_LAW, NEVER_SLACK, states
-
-EITHER_TENDON = pytest.mark.parametrize("rigid", [False, True], ids=["elastic", "rigid"])
+from .test_contraction import EITHER_TENDON, EVERY_LAW, NEVER_SLACK, states
 
 
 def of_one(state, u=None):

@@ -14,9 +14,8 @@ from exudyn_muscles.muscle.equilibrium import steady_activations
 from ..differences import certified, difference
 from ..zoo import LAWS
 from . import hill
-from .test_contraction import EITHER_INTEGRATOR, EVERY_LAW, NEVER_SLACK, units
+from .test_contraction import EITHER_INTEGRATOR, EITHER_TENDON, EVERY_LAW, NEVER_SLACK, units
 
-EITHER_TENDON = pytest.mark.parametrize("rigid", [False, True], ids=["elastic", "rigid"])
 ACTIVATIONS = st.floats(0.01, 1.0)
 
 
