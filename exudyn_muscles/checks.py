@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from .errors import ParameterError
@@ -24,3 +25,21 @@ def number_within(name: str, value: Any, low: float, high: float, unit: str = ""
         shown = f"{value!r} {unit}".strip()
         raise ParameterError(f"{name} = {shown} is outside [{low:g}, {high:g}] {unit}".strip())
     return number
+
+
+def three_numbers(name: str, value: Sequence[float], unit: str = "") -> tuple[float, float, float]:
+    """`value` as three floats.
+
+    Raises
+    ------
+    ParameterError
+        It is not three finite numbers; names it.
+    """
+    try:
+        x, y, z = (float(component) for component in value)
+    except (TypeError, ValueError):
+        x = y = z = math.nan
+    if not all(map(math.isfinite, (x, y, z))):
+        wanted = f"three finite numbers in {unit}" if unit else "three finite numbers"
+        raise ParameterError(f"{name} is {wanted}, got {value!r}")
+    return x, y, z

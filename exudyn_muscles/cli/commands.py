@@ -43,9 +43,9 @@ def run(arguments: argparse.Namespace) -> int:
         predictor=arguments.predictor or "constant",
     )
     with progress_bar(arguments, METHODS[method], motion.end - motion.start, "s") as bar:
-        trajectory = compute(model, motion, lambda t: bar.update(t - motion.start - bar.n))
+        trajectory = compute(model, motion, progress=lambda t: bar.update(t - motion.start - bar.n))
 
-    print(summary(arguments.model.stem, trajectory, model))
+    print(summary(arguments.model.stem, trajectory))
     if out is not None:
         write(trajectory, model, out / f"{arguments.model.stem}_{method}", arguments.sto)
     return exit_status(trajectory)
@@ -73,7 +73,7 @@ def cmc(arguments: argparse.Namespace) -> int:
     with progress_bar(arguments, METHODS[method], motion.end - motion.start, "s") as bar:
         trajectory = compute(model, motion, progress=lambda t: bar.update(t - motion.start - bar.n))
 
-    print(summary(setup.name, trajectory, model))
+    print(summary(setup.name, trajectory))
     write(trajectory, model, out / f"{setup.name}_{method}", sto=True)
     return exit_status(trajectory)
 
@@ -102,14 +102,14 @@ def compare(arguments: argparse.Namespace) -> int:
                 )
                 times = []
                 for _ in range(runs):  # the first one compiles and fills caches
-                    results[method] = compute(model, motion, None)
+                    results[method] = compute(model, motion)
                     times.append(results[method].cpu_time)
                     bar.update()
             best[method] = min(times[1:])
             if out is not None:
                 results[method].save(out / f"{name}_{method}.npz")
 
-    rows = {m: figures_of_merit(results[m], model, best[m]) for m in METHODS}
+    rows = {m: figures_of_merit(results[m], best[m]) for m in METHODS}
     differences = {
         f"{m}_csf": excitation_difference(results[m], results["csf"]) for m in ("static", "cmc")
     }

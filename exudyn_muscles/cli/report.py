@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ..result import Trajectory
 
 
-def summary(name: str, trajectory: Trajectory, model: MusculoskeletalModel) -> str:
+def summary(name: str, trajectory: Trajectory) -> str:
     """What `run` and `cmc` print about a result."""
     counts = trajectory.counts
     span = f"t = {trajectory.time[0]:g} to {trajectory.time[-1]:g} s"
@@ -27,7 +27,7 @@ def summary(name: str, trajectory: Trajectory, model: MusculoskeletalModel) -> s
         f"CPU time: {trajectory.cpu_time:.3f} s",
     ]
     if trajectory.method != "static":
-        lines.append(f"RMS tracking error: {', '.join(_errors(trajectory, model))}")
+        lines.append(f"RMS tracking error: {', '.join(_errors(trajectory))}")
     lines.append(
         f"{counts.recruitments} recruitments, {counts.window_integrations} window integrations, "
         f"{counts.newton_iterations} Newton iterations, {counts.rejected_steps} rejected steps"
@@ -36,10 +36,12 @@ def summary(name: str, trajectory: Trajectory, model: MusculoskeletalModel) -> s
     return "\n".join(lines)
 
 
-def _errors(trajectory: Trajectory, model: MusculoskeletalModel) -> Iterator[str]:
+def _errors(trajectory: Trajectory) -> Iterator[str]:
     """RMS tracking errors with their units: degrees, or millimetres of a prismatic joint."""
     rms = trajectory.tracking_error_rms()
-    for name, error, rotates in zip(trajectory.coordinate_names, rms, _rotates(model), strict=True):
+    for name, error, rotates in zip(
+        trajectory.coordinate_names, rms, _rotates(trajectory), strict=True
+    ):
         if rotates:
             yield f"{name} {math.degrees(error):.4g} deg"
         else:
@@ -93,17 +95,15 @@ def comparison_text(
     if len(model.coordinates) > 1:
         for method, label in METHODS.items():
             if method != "static":
-                errors = ", ".join(_errors(results[method], model))
+                errors = ", ".join(_errors(results[method]))
                 notes.append(f"RMS tracking error of {label}: {errors}")
     return "\n".join([title, "", *lines, "", *notes])
 
 
-def figures_of_merit(
-    trajectory: Trajectory, model: MusculoskeletalModel, cpu_time: float
-) -> dict[str, Any]:
+def figures_of_merit(trajectory: Trajectory, cpu_time: float) -> dict[str, Any]:
     """One method's row of the comparison; the start's recruitment does not count."""
     counts, windows = trajectory.counts, max(len(trajectory.excitation_values), 1)
-    rotates = _rotates(model)
+    rotates = _rotates(trajectory)
     rms = trajectory.tracking_error_rms()[rotates]
     tracks = trajectory.method != "static" and rms.size
     return {
@@ -124,11 +124,11 @@ def excitation_difference(one: Trajectory, other: Trajectory) -> float:
     return float(max(gap.max() for gap in gaps))
 
 
-def _rotates(model: MusculoskeletalModel) -> Any:
+def _rotates(trajectory: Trajectory) -> Any:
     """Which coordinates are angles, (n,) of bool."""
     import numpy as np
 
-    return np.array(model.skeleton.units) == "rad"
+    return np.array(trajectory.coordinate_units) == "rad"
 
 
 def _number(count: int, noun: str) -> str:

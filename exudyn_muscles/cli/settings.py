@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -20,26 +21,20 @@ def method_function(
     kv: float | None,
     predictor: str = "constant",
 ) -> Callable[..., Trajectory]:
-    """The method's function of (model, motion, progress); raises for settings out of range."""
+    """The method's function of model, motion and progress=; raises for settings out of range."""
     from ..methods.cmc import CMC, computed_muscle_control
     from ..methods.cosimulation import Cosimulation, Predictor, Scheme, cosimulate
     from ..methods.static import static_optimization
 
     if method == "static":
-        return lambda model, motion, progress: static_optimization(
-            model, motion, step=step, progress=progress
-        )
+        return partial(static_optimization, step=step)
     if method == "cmc":
         cmc = CMC(kp=kp, kv=kv, window=window, step=step)
-        return lambda model, motion, progress: computed_muscle_control(
-            model, motion, settings=cmc, progress=progress
-        )
+        return partial(computed_muscle_control, settings=cmc)
     settings = Cosimulation(
         scheme=Scheme(method), predictor=Predictor(predictor), kp=kp, kv=kv, step=step
     )
-    return lambda model, motion, progress: cosimulate(
-        model, motion, settings=settings, progress=progress
-    )
+    return partial(cosimulate, settings=settings)
 
 
 def refuse_foreign_options(arguments: argparse.Namespace) -> None:

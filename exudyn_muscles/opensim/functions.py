@@ -12,7 +12,6 @@ from ..path.followers import linear_function
 from ..splines import simm_spline
 from .document import Element
 
-# OpenSim reads the older names as the first.
 # A polynomial goes on along its tangent beyond these.
 POLYNOMIAL_BREAKS = (-10.0, -3.0, -1.0, 0.0, 1.0, 3.0, 10.0)
 

@@ -29,10 +29,11 @@ WITHOUT_INFLUENCE = (
     "optimizer_algorithm", "numerical_derivative_step_size",
     "optimization_convergence_tolerance", "optimizer_max_iterations", "optimizer_print_level",
     "optimizer_derivative_dx", "optimizer_convergence_criterion", "use_verbose_printing",
-    "use_curvature_filter", "replace_force_set",
+    "use_curvature_filter",
 )  # fmt: skip
 READ = (
-    "model_file", "force_set_files", "results_directory", "initial_time", "final_time",
+    "model_file", "force_set_files", "replace_force_set", "results_directory",
+    "initial_time", "final_time",
     "external_loads_file", "desired_kinematics_file", "task_set_file", "constraints_file",
     "lowpass_cutoff_frequency", "cmc_time_window", "use_fast_optimization_target",
 )  # fmt: skip

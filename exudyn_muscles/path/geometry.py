@@ -25,7 +25,7 @@ from .functions import function_geometry
 from .geodesic import follow_geodesic, steps_over
 from .points import COORDINATE, CURVES, Paths
 from .rope import distance, from_surface, is_arc, lay, surface_frames
-from .surfaces import CYLINDER, FIRST, HALF_LENGTH, LAST, LINK, RADII, SHAPE, WRAP_COLUMNS
+from .surfaces import CYLINDER, FIRST, HALF_LENGTH, LAST, LINK, RADII, SHAPE
 from .tree import PRISMATIC, Tree, link_frames, tree_frames
 
 X = CURVES.start
@@ -271,20 +271,15 @@ def surfaces_at(tree: Tree, paths: Paths, q: ArrayLike) -> list[tuple[int, np.nd
     """Shape, pose (4, 4) with axes as long as the radii, and half length [m] of every surface."""
     R, p, _ = _frames(tree, paths, np.asarray(q, dtype=float))
     # Several muscles may wrap over one surface; which of their points do makes no difference.
-    rows = [row.copy() for row in paths.wraps]
-    for row in rows:
-        row[FIRST] = row[LAST] = 0.0
+    rows = paths.wraps.copy()
+    rows[:, [FIRST, LAST]] = 0.0
     found = []
-    for row in np.unique(_wrap_table(rows), axis=0):
+    for row in np.unique(rows, axis=0):
         frames, pose = np.empty((4, 3)), np.eye(4)
         surface_frames(row[None], 0, 1, R, p, frames)
         pose[:3, :3], pose[:3, 3] = frames[:3].T * row[RADII], frames[3]
         found.append((int(row[SHAPE]), pose, float(row[HALF_LENGTH])))
     return found
-
-
-def _wrap_table(rows: list[np.ndarray]) -> np.ndarray:
-    return np.array(rows).reshape(-1, WRAP_COLUMNS)
 
 
 def _frames(tree: Tree, paths: Paths, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -8,6 +8,7 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
+from ..checks import three_numbers
 from ..curves import Curve, PackedCurves, pack
 from ..errors import ParameterError
 from ..muscle.parameters import Muscle, MuscleSet
@@ -43,15 +44,8 @@ class PathPoint:
     link: int = GROUND
 
     def __post_init__(self) -> None:
-        try:
-            x, y, z = (float(value) for value in self.position)
-        except (TypeError, ValueError):
-            x = y = z = np.nan
-        if not np.isfinite([x, y, z]).all():
-            raise ParameterError(
-                f"a path point's position is three finite numbers in m, got {self.position!r}"
-            )
-        object.__setattr__(self, "position", (x, y, z))
+        position = three_numbers("a path point's position", self.position, "m")
+        object.__setattr__(self, "position", position)
         _check_link(self)
 
 
@@ -203,7 +197,7 @@ class Paths:
 
 
 # Kernels get at least one curve.
-NO_CURVE = Curve(lambda x: 0.0 * x, [0.0, 1.0])
+NO_CURVE = Curve.line(0.0, 0.0)
 
 
 def collect_paths(

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..checks import number_within
+from ..checks import number_within, three_numbers
 from ..errors import ParameterError
 from .tree import GROUND
 
@@ -78,13 +78,7 @@ class WrapSurface:
     _sides = "xyz"
 
     def _set_vector(self, parameter: str) -> None:
-        given = getattr(self, parameter)
-        try:
-            vector = tuple(float(value) for value in given)
-        except (TypeError, ValueError):
-            vector = ()
-        if len(vector) != 3 or not np.isfinite(vector).all():
-            raise ParameterError(f"{self}: {parameter} is three finite numbers, got {given!r}")
+        vector = three_numbers(f"{self}: {parameter}", getattr(self, parameter))
         object.__setattr__(self, parameter, vector)
 
     def _set_size(self, parameter: str, value: Any, low: float = 1e-6) -> float:

@@ -12,7 +12,7 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
-from ..checks import number_within
+from ..checks import number_within, three_numbers
 from ..errors import ParameterError
 from ..kernel import kernel
 from ..path.tree import GROUND, PRISMATIC, Tree, tree_frames
@@ -104,7 +104,7 @@ class PointActuator:
         _check_flags(
             what, point_is_global=self.point_is_global, force_is_global=self.force_is_global
         )
-        object.__setattr__(self, "point", _vector(f"{what}: point", self.point))
+        object.__setattr__(self, "point", three_numbers(f"{what}: point", self.point))
         object.__setattr__(self, "direction", _unit(f"{what}: direction", self.direction))
 
 
@@ -315,18 +315,8 @@ def _check_link(what: str, link: object, lowest: int) -> None:
         raise ParameterError(f"{what} is an integer from {lowest}, got {link!r}")
 
 
-def _vector(what: str, value: Sequence[float]) -> tuple[float, float, float]:
-    try:
-        x, y, z = (float(component) for component in value)
-    except (TypeError, ValueError):
-        x = y = z = np.nan
-    if not np.isfinite([x, y, z]).all():
-        raise ParameterError(f"{what} is three finite numbers, got {value!r}")
-    return x, y, z
-
-
 def _unit(what: str, value: Sequence[float]) -> tuple[float, float, float]:
-    vector = np.array(_vector(what, value))
+    vector = np.array(three_numbers(what, value))
     largest = np.abs(vector).max()
     if largest == 0.0:
         raise ParameterError(f"{what} has no length")

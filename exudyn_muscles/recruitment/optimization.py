@@ -140,9 +140,8 @@ def ask(solver: Solver, problem: ScaledProblem) -> tuple[np.ndarray, float] | No
     x, y = solution.x, solution.y
     if x is None or y is None:
         return None
-    residual = kkt_residual(x, y, problem.A, problem.b, problem.lb, problem.ub)
     # A dear actuator that has to do much makes large multipliers; their rounding is in x.
-    residual /= max(1.0, ROUNDING / ACCEPTED * np.abs(y).max())
+    residual = kkt_residual(x, y, problem.A, problem.b, problem.lb, problem.ub) / rounding(y)
     return (x, residual) if residual <= ACCEPTED else None
 
 
@@ -173,14 +172,12 @@ def nearest_torque(problem: ScaledProblem, weights: np.ndarray) -> tuple[np.ndar
     DAQP is asked first, then SciPy.
     """
     size = problem.size
-    low, high = problem.lb / size, problem.ub / size
-    A, b = (weights * problem.A.T).T * size, weights * problem.b
+    A, b, low, high = problem.in_units_of(size, weights)
 
     def judged(z: np.ndarray) -> tuple[np.ndarray, float]:
         y = GAP_WEIGHT * (A @ z - b)
-        residual = kkt_residual(z, y, A, A @ z, low, high)
         # y is the larger the larger the gap; its rounding is then all that can be asked for.
-        return z * size, residual / max(1.0, ROUNDING / ACCEPTED * np.abs(y).max())
+        return z * size, kkt_residual(z, y, A, A @ z, low, high) / rounding(y)
 
     penalty = problem.P / GAP_WEIGHT + A.T @ A
     z = qpsolvers.solve_qp(penalty, -A.T @ b, lb=low, ub=high, solver="daqp")
@@ -188,6 +185,11 @@ def nearest_torque(problem: ScaledProblem, weights: np.ndarray) -> tuple[np.ndar
     if answer is None or not answer[1] <= ACCEPTED:
         answer = judged(problem.least_squares(size, GAP_WEIGHT, weights) / size)
     return answer if answer[1] <= ACCEPTED_GAP else None
+
+
+def rounding(y: np.ndarray) -> float:
+    """What a residual is divided by, from 1 on: the rounding of large multipliers."""
+    return max(1.0, ROUNDING / ACCEPTED * np.abs(y).max())
 
 
 class ScaledProblem(qpsolvers.Problem):
@@ -223,12 +225,18 @@ class ScaledProblem(qpsolvers.Problem):
         other.b, other.unreachable = b, False
         return other
 
+    def in_units_of(
+        self, size: np.ndarray, weights: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """A, b and the bounds for x over `size`, with the rows weighted."""
+        A, b = (weights * self.A.T).T * size, weights * self.b
+        return A, b, self.lb / size, self.ub / size
+
     def least_squares(
         self, size: np.ndarray, gap_weight: float, weights: np.ndarray = ONE
     ) -> np.ndarray:
         """The x that makes the weighted squared gap and the squares of x over `size` least."""
-        low, high = self.lb / size, self.ub / size
-        A, b = (weights * self.A.T).T * size, weights * self.b
+        A, b, low, high = self.in_units_of(size, weights)
         # Bounded least squares needs an interior; where there is none the value is known.
         movable = high > low
         z = low.copy()
