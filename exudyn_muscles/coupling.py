@@ -18,7 +18,8 @@ import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 import exudyn as exu
@@ -34,11 +35,12 @@ from .errors import (
     UnmetTorqueWarning,
     warn,
 )
+from .hold import Hold, hold
 from .loads import check_external_forces
 from .model import MusculoskeletalModel
 from .motion import Motion
 from .path.geometry import Geometry
-from .result import Counts, Recorder, Status, Trajectory
+from .result import Counts, Recorder, Row, Status, Trajectory, Window
 from .skeleton import Skeleton, original, raise_as_itself
 
 # Tracking error at the start [rad or m] above which a user is told.
@@ -132,8 +134,11 @@ class Plugin(ABC):
         """
 
     @abstractmethod
-    def accept(self, t_0: float, t_1: float) -> None:
-        """The step is accepted at the last iterate: commit and record."""
+    def accept(self, t_0: float, t_1: float) -> tuple[np.ndarray, Window | None]:
+        """The step is accepted at the last iterate: commit.
+
+        Returned are the reserves (r,) and, unless the window before goes on, the window.
+        """
 
     # What a user calls.
 
@@ -144,7 +149,8 @@ class Plugin(ABC):
         Raises
         ------
         ModelError
-            The `mbs` has changed so that it cannot be driven, or another run is attached.
+            The `mbs` has changed so that it cannot be driven, another run is attached, or one of
+            the plugin's user functions was replaced.
         SimulationError
             Exudyn gave up; the result up to then is in its `trajectory` and in `result()`.
         Exception
@@ -157,23 +163,28 @@ class Plugin(ABC):
         UnmetTorqueWarning
             The muscles could not deliver the demanded torque; names the coordinates.
         """
+        with hold(self.model.mbs) as held, self.attached_to(held):
+            yield self
+
+    @contextmanager
+    def attached_to(self, held: Hold) -> Iterator[Plugin]:
+        """`attached` for who already holds the `mbs`."""
         begun = time.process_time()
-        mbs = self.model.mbs
-        self.skeleton.open()
-        try:
-            hooks = _Hooks(mbs)
-        except ModelError:
-            self.skeleton.close()
-            raise
+        self.skeleton.open(held)
+        self._hooks = _Hooks(self.model.mbs)
         self._reset()
         self.record.begun = begun
-        # What another run has left there must not be taken for this run's solver.
-        solver_before = mbs.sys.pop("dynamicSolver", None)
         try:
+            # What another run has left there must not be taken for this run's solver.
+            last_solver = self.model.mbs.sys.get("dynamicSolver")
+            held.keep(partial(_put_back_solver, self.model.mbs, last_solver))
+            self.model.mbs.sys.pop("dynamicSolver", None)
             self.skeleton.begin(self.begin(*self.skeleton.initial_state()))
             self._triplets = _triplets(self.skeleton)
-            hooks.install(self)
+            held.keep(self._hooks.restore)
+            self._hooks.install(self)
             yield self
+            self._hooks.check()
             self._check_finished()
         except BaseException as error:
             raised = original(error)
@@ -186,18 +197,13 @@ class Plugin(ABC):
             self.record.fail(raised, self._where())
             raise_as_itself(raised, error)
         finally:
-            hooks.restore()
-            with suppress(exu.ExudynError):
-                self.skeleton.close()
-            if solver_before is not None:
-                mbs.sys.setdefault("dynamicSolver", solver_before)
             self.record.stop()
         warn_of_unmet_torque(self.record)
 
     @property
     def tendon_forces(self) -> np.ndarray:
         """Tendon forces (m,) [N] after the last accepted step; zero before the run."""
-        if not self.record.time:
+        if self.record.reached is None:
             return np.zeros(len(self.model.muscles))
         return self.model.tendon_forces(self.geometry, self.a, self.l_t)
 
@@ -209,7 +215,7 @@ class Plugin(ABC):
         SimulationError
             Nothing was simulated yet.
         """
-        if not self.record.time:
+        if self.record.reached is None:
             raise SimulationError("there is no result yet: run mbs.SolveDynamic within attached()")
         return self.record.trajectory()
 
@@ -227,6 +233,8 @@ class Plugin(ABC):
     def pre_step(self, mbs: exu.MainSystem, t: float) -> bool:
         """Open a step; a step still open was rejected."""
         t_0 = mbs.systemData.GetTime(exu.ConfigurationType.StartOfStep)
+        if not self._started or (self._open and t_0 != self._t_0):
+            self._hooks.check()  # PostStep was not called
         self.counts.rejected_steps += self._open
         self._open, self._t_0, self._last_iteration, self._calls = True, t_0, -1, 0
         before, self.step = self.step, t - t_0
@@ -243,6 +251,8 @@ class Plugin(ABC):
 
     def pre_newton(self, mbs: exu.MainSystem, t: float, iteration: int, _: int) -> None:
         """Set the torque that belongs to the iterate."""
+        if not self._open:
+            self._hooks.check()
         # A restart of modified Newton repeats the iteration's number with the predictor's state.
         first = iteration == 0 or iteration == self._last_iteration
         self._last_iteration = iteration
@@ -280,16 +290,17 @@ class Plugin(ABC):
     def post_step(self, mbs: exu.MainSystem, t: float) -> bool:
         """Commit the accepted step, or check that the run starts as the plugin was told."""
         if not self._open:
+            self._hooks.check()
             self._check_start(mbs, t)
-            self._point(t)
+            self._add(t, self.record.start[1], None)
             return True
         if self._calls == 0:
+            self._hooks.check()
             raise ModelError(
                 "this solver never asked for the muscles' torque: explicit solvers cannot be used"
             )
         self._open = False
-        self.accept(self._t_0, t)
-        self._point(t)
+        self._add(t, *self.accept(self._t_0, t))
         self.counts.steps += 1
         end = self._solver().it.endTime
         if t >= end - 1e-9 * max(1.0, abs(end)):
@@ -298,12 +309,10 @@ class Plugin(ABC):
             self._progress(t)
         return True
 
-    def _point(self, t: float) -> None:
-        skeleton = self.skeleton
-        self.record.point(
-            t, skeleton.q.copy(), skeleton.v.copy(), skeleton.acceleration.copy(), self.a, self.l_t,
-            skeleton.applied,
-        )  # fmt: skip
+    def _add(self, t: float, reserve: np.ndarray, window: Window | None) -> None:
+        state = self.skeleton.q, self.skeleton.v, self.skeleton.acceleration
+        point = *(x.copy() for x in state), self.a, self.l_t, self.skeleton.applied
+        self.record.add(Row(t, point, reserve, window))
 
     def _check_start(self, mbs: exu.MainSystem, t: float) -> None:
         if self._started:
@@ -369,13 +378,13 @@ class Plugin(ABC):
         if solver.output.simulationTimeout:
             why = "exudyn.special.solver.timeout"
         record.message = (
-            f"stopped by {why} at t = {record.time[-1]:g} s before {solver.it.endTime:g} s"
+            f"stopped by {why} at t = {record.reached:g} s before {solver.it.endTime:g} s"
         )
         warn(record.message, IncompleteRunWarning)
 
     def _where(self) -> str:
         data = self.model.mbs.systemData
-        reached = self.record.time[-1] if self.record.time else self.start_time
+        reached = self.start_time if self.record.reached is None else self.record.reached
         return (
             f"at t = {data.GetTime():.6g} s (accepted up to {reached:.6g} s), "
             f"q = {np.array2string(self.skeleton.q, precision=5)}, "
@@ -405,10 +414,8 @@ class _Hooks:
 
     def __init__(self, mbs: exu.MainSystem) -> None:
         self._mbs = mbs
-        self._before: dict[str, Any] = {}
-        for name in self.NAMES:
-            stored = getattr(mbs, f"Get{name}UserFunction")()
-            self._before[name] = stored["function"] if isinstance(stored, dict) else stored
+        self._before = {name: self._now(name) for name in self.NAMES}
+        self._installed: dict[str, Callable] = {}
         if self._before["SystemJacobian"]:
             raise ModelError(
                 "the mbs has a SystemJacobian user function; the plugin needs this one for itself"
@@ -423,12 +430,32 @@ class _Hooks:
         if plugin.feeds_back or plugin.dependent:
             own["SystemJacobian"] = plugin.system_jacobian
         for name, function in own.items():
-            chained = _chained(name, self._before[name], function)
-            getattr(self._mbs, f"Set{name}UserFunction")(chained)
+            self._installed[name] = _chained(name, self._before[name], function)
+            getattr(self._mbs, f"Set{name}UserFunction")(self._installed[name])
+
+    def check(self) -> None:
+        """Raise ModelError if any of them is no longer there."""
+        lost = [name for name, own in self._installed.items() if self._now(name) != own]
+        if lost:
+            raise ModelError(
+                f"the mbs got another {' and another '.join(lost)} user function within "
+                "attached(), without which there are no muscles; set your own ones before: they "
+                "are called first"
+            )
 
     def restore(self) -> None:
         for name, function in self._before.items():
             getattr(self._mbs, f"Set{name}UserFunction")(function)
+
+    def _now(self, name: str) -> Any:
+        stored = getattr(self._mbs, f"Get{name}UserFunction")()
+        return stored["function"] if isinstance(stored, dict) else stored
+
+
+def _put_back_solver(mbs: exu.MainSystem, solver: Any) -> None:
+    """Where no run has left another one."""
+    if solver is not None:
+        mbs.sys.setdefault("dynamicSolver", solver)
 
 
 def _chained(name: str, before: Any, own: Callable) -> Callable:

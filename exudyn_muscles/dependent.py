@@ -18,6 +18,7 @@ from collections.abc import Sequence
 import exudyn as exu
 import numpy as np
 
+from .hold import Hold
 from .path.followers import Follower, Followers, Slopes
 from .skeleton import Skeleton
 
@@ -79,27 +80,24 @@ class DependentSkeleton(Skeleton):
     def _attach(self) -> None:
         """There is nothing to keep: the independent ones are read from the tree's."""
 
-    def open(self) -> None:
+    def open(self, held: Hold) -> None:
         self.check_assembled()
         before = self.initial_arrays()
-        self.set_initial_state(*self.initial_state())
         placed = self.initial_arrays()
-        try:
-            super().open()
-        except BaseException:
-            self.set_initial_arrays(*before)
-            raise
-        self._initial = before, placed
+        for array, values in zip(placed, self.state_of_tree(*self.initial_state()), strict=True):
+            array[self.rows] = values
 
-    def close(self) -> None:
-        super().close()
-        before, placed = self._initial
-        if np.array_equal(placed, self.initial_arrays()):  # not what the run has left there
-            self.set_initial_arrays(*before)
+        def put_back() -> None:  # but not where the run has left something else
+            each = zip(self.initial_arrays(), placed, before, strict=True)
+            self.set_initial_arrays(*(b if np.array_equal(x, p) else x for x, p, b in each))
 
-    def _prepare(self) -> None:
+        held.keep(put_back)
+        self.set_initial_arrays(*placed)
+        super().open(held)
+
+    def _prepare(self, held: Hold) -> None:
         self._torque = np.zeros(len(self))
-        super()._prepare()
+        super()._prepare(held)
 
     def _follow(self) -> Slopes:
         return self.followers.follow(self.tree_q, self.tree_v, self.tree_a)

@@ -495,8 +495,34 @@ class Trajectory:
         return trajectory
 
 
+class Window(NamedTuple):
+    """What is recorded of a window: u, demanded and unmet torque, F_min, F_opt, F_max."""
+
+    excitation: np.ndarray
+    demanded: np.ndarray
+    unmet: np.ndarray
+    force_min: np.ndarray
+    force_optimal: np.ndarray
+    force_max: np.ndarray
+
+
+class Row(NamedTuple):
+    """What is recorded of an accepted time: the point there, and the window that leads to it."""
+
+    time: float
+    point: tuple[np.ndarray, ...]  # q, q', q'', a, l_t and the delivered torque
+    reserve: np.ndarray
+    window: Window | None  # None: the one before goes on
+
+
 class Recorder:
-    """Collects a run's accepted rows; the only place where they wait until it ends."""
+    """Collects a run's accepted rows; the only place where they wait until it ends.
+
+    Attributes
+    ----------
+    start : tuple of float and two ndarray
+        Time at which the first window begins, reserves (r,) and unmet torque (n,) there.
+    """
 
     def __init__(
         self,
@@ -510,45 +536,30 @@ class Recorder:
         self.message = ""
         self.begun = process_time()
         self._ended: float | None = None
-        self.time: list[float] = []
-        self.fell_short = False
-        self.window_time: list[float] = []
-        self._reserves: list[np.ndarray] = []
-        self.start_unmet = np.zeros(len(model.coordinates))
+        self.start = 0.0, np.zeros(len(model.reserves)), np.zeros(len(model.coordinates))
         self._method, self._model, self._settings, self._counts = method, model, settings, counts
         self._motion = motion
-        self._points: list[tuple[np.ndarray, ...]] = []
-        self._windows: list[tuple[np.ndarray, ...]] = []
+        self._rows: list[Row] = []
 
-    def start(self, t: float, reserve: np.ndarray, unmet: np.ndarray) -> None:
-        """The first window begins at `t`."""
-        self.window_time, self._reserves = [t], [reserve]
-        self.start_unmet = unmet
-        self.fell_short = bool(unmet.any())
+    @property
+    def reached(self) -> float | None:
+        """The last recorded time, if there is any."""
+        return self._rows[-1].time if self._rows else None
 
-    def point(self, t: float, *row: np.ndarray) -> None:
-        """q, q', q'', a, l_t and delivered torque at the accepted time `t`."""
-        self.time.append(t)
-        self._points.append(row)
+    @property
+    def fell_short(self) -> bool:
+        """Whether any torque was out of reach."""
+        windows = (row.window.unmet for row in self._rows if row.window is not None)
+        return any(unmet.any() for unmet in (self.start[2], *windows))
 
-    def window(
-        self, t: float, reserve: np.ndarray, u: np.ndarray, demanded: np.ndarray,
-        unmet: np.ndarray, *forces: np.ndarray,
-    ) -> None:  # fmt: skip
-        """Reserves, u, demanded and unmet torque, F_min, F_opt, F_max of the window up to `t`."""
-        self.window_time.append(t)
-        self.fell_short = self.fell_short or bool(unmet.any())
-        self._reserves.append(reserve)
-        self._windows.append((u, demanded, unmet, *forces))
-
-    def extend(self, t: float, reserve: np.ndarray) -> None:
-        """The last window goes on up to `t`."""
-        self.window_time[-1], self._reserves[-1] = t, reserve
+    def add(self, row: Row) -> None:
+        """An accepted time, all of it at once, so that an interrupt cannot tear it."""
+        self._rows.append(row)
 
     def fail(self, error: BaseException, where: str) -> None:
         """Note why the run ended; the error carries what was found up to then as `trajectory`."""
         self.message = f"{type(error).__name__} {where}: {error}"
-        if self.time:
+        if self._rows:
             vars(error)["trajectory"] = trajectory = self.trajectory()
             if self.fell_short:
                 error.add_note(f"unmet torque before: {trajectory.unmet_torque_report()}")
@@ -562,8 +573,16 @@ class Recorder:
         ended = process_time() if self._ended is None else self._ended
         model = self._model
         n, m = len(model.coordinates), len(model.muscles)
-        points = _stacked(self._points, (n, n, n, m, m, n))
-        windows = _stacked(self._windows, (m, n, n, m, m, m))
+        begun, reserve, start_unmet = self.start
+        window_time, reserves, windows = [begun], [reserve], []
+        for row in self._rows[1:]:
+            if row.window is not None:
+                windows.append(row.window)
+                window_time.append(row.time)
+                reserves.append(row.reserve)
+            else:
+                window_time[-1], reserves[-1] = row.time, row.reserve
+        points = _stacked([row.point for row in self._rows], (n, n, n, m, m, n))
         q, v, a, activation, tendon, delivered = points
         geometry = [model.geometry(*row) for row in zip(q, v, strict=True)]
         lengths = np.array([row.length for row in geometry])
@@ -571,9 +590,10 @@ class Recorder:
         for k, (l, l_rate, *_) in enumerate(geometry):
             tendon_forces(model.muscles.units, activation[k], tendon[k], l, l_rate, force[k])
             fiber_lengths(model.muscles.units, tendon[k], l, fiber[k])
-        time = np.array(self.time)
+        time = np.array([row.time for row in self._rows])
         desired = np.full_like(q, np.nan) if self._motion is None else self._motion(time)[0]
-        u, demanded, unmet, low, optimal, high = windows
+        u, demanded, unmet, low, optimal, high = _stacked(windows, (m, n, n, m, m, m))
+        ends = np.array(window_time)
         return Trajectory(
             method=self._method,
             coordinate_names=model.coordinates,
@@ -591,16 +611,18 @@ class Recorder:
             fiber_lengths=fiber,
             torques_delivered=delivered,
             desired_coordinates=desired,
-            window_time=np.array(self.window_time),
+            window_time=ends,
             excitation_values=u,
             torques_demanded=demanded,
             torques_unmet=unmet,
             force_min=low,
             force_optimal=optimal,
             force_max=high,
-            reserves=np.array(self._reserves),
-            start_unmet=self.start_unmet,
-            saturated=self._saturated(geometry, unmet, optimal, high),
+            reserves=np.array(reserves),
+            start_unmet=start_unmet,
+            saturated=_saturated(
+                model.muscles.names, time, ends[1:], geometry, unmet, optimal, high
+            ),
             status=self.status,
             message=self.message,
             counts=dataclasses.replace(self._counts),
@@ -609,25 +631,24 @@ class Recorder:
             versions=dict(_versions()),
         )
 
-    def _saturated(
-        self, geometry: list[Geometry], unmet: np.ndarray, optimal: np.ndarray, high: np.ndarray
-    ) -> tuple[tuple[str, ...], ...]:
-        """Muscles at their limit whose arm would help, where each coordinate fell short most."""
-        found = []
-        for j, short in enumerate(unmet.T):
-            names: tuple[str, ...] = ()
-            if short.any():
-                k = int(np.abs(short).argmax())
-                at = min(
-                    int(np.searchsorted(self.time, self.window_time[k + 1] - 1e-9)),
-                    len(geometry) - 1,
-                )
-                arms = geometry[at].moment_arms[:, j] * np.sign(short[k])
-                full = optimal[k] >= high[k] * (1.0 - 1e-9)
-                helps = arms > SMALL_ARM * np.abs(arms).max()
-                names = tuple(np.array(self._model.muscles.names)[full & helps].tolist())
-            found.append(names)
-        return tuple(found)
+
+def _saturated(
+    names: Sequence[str], time: np.ndarray, ends: np.ndarray, geometry: list[Geometry],
+    unmet: np.ndarray, optimal: np.ndarray, high: np.ndarray,
+) -> tuple[tuple[str, ...], ...]:  # fmt: skip
+    """Muscles at their limit whose arm would help, where each coordinate fell short most."""
+    found = []
+    for j, short in enumerate(unmet.T):
+        helping: tuple[str, ...] = ()
+        if short.any():
+            k = int(np.abs(short).argmax())
+            at = min(int(np.searchsorted(time, ends[k] - 1e-9)), len(geometry) - 1)
+            arms = geometry[at].moment_arms[:, j] * np.sign(short[k])
+            full = optimal[k] >= high[k] * (1.0 - 1e-9)
+            helps = arms > SMALL_ARM * np.abs(arms).max()
+            helping = tuple(np.array(names)[full & helps].tolist())
+        found.append(helping)
+    return tuple(found)
 
 
 def _stacked(rows: list[tuple[np.ndarray, ...]], widths: tuple[int, ...]) -> list[np.ndarray]:

@@ -9,13 +9,15 @@ Coordinates are Exudyn's: without the reference coordinates of the node.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import NoReturn
 
 import exudyn as exu
 import numpy as np
 
 from .errors import ModelError
+from .hold import Hold, hold
 from .path.followers import Followers
 from .path.tree import PRISMATIC, Tree
 
@@ -27,8 +29,6 @@ JOINTS = {
     exu.JointType.PrismaticY: 4,
     exu.JointType.PrismaticZ: 5,
 }
-
-OPEN = "exudyn_muscles"  # in mbs.sys while a run is attached
 
 
 class Skeleton:
@@ -143,19 +143,24 @@ class Skeleton:
         self.q, self.v, self.acceleration = self.tree_q, self.tree_v, self.tree_a
         self.start, self.free = self._tree_start, self.rows
 
-    def open(self) -> None:
+    @contextmanager
+    def opened(self) -> Iterator[Skeleton]:
+        """`open` for a block."""
+        with hold(self.mbs) as held:
+            self.open(held)
+            yield self
+
+    def open(self, held: Hold) -> None:
         """Prepare for evaluations; the system's current state becomes its initial state.
+
+        Whoever has the hold gets the tree back with the user's own joint torques.
 
         Raises
         ------
         ModelError
-            The system cannot be driven, or a run on it is still open.
+            The system cannot be driven.
         """
         self.check_assembled()
-        if OPEN in self.mbs.sys:
-            raise ModelError(
-                "another run is attached to this mbs: one attached() serves one run at a time"
-            )
         current = _read_tree(tree_item(self.mbs, self.object), self.mbs)
         for name in vars(current):
             if not np.array_equal(getattr(current, name), getattr(self.tree, name)):
@@ -164,12 +169,11 @@ class Skeleton:
                     "build the MusculoskeletalModel anew"
                 )
         try:
-            self._prepare()
+            self._prepare(held)
         except exu.ExudynError as error:
             raise_as_itself(original(error), error)
-        self.mbs.sys[OPEN] = True
 
-    def _prepare(self) -> None:
+    def _prepare(self, held: Hold) -> None:
         settings = exu.SimulationSettings()
         settings.solution.file.write = False
         settings.solution.sensors.active = False
@@ -184,6 +188,7 @@ class Skeleton:
         torque = self.mbs.GetObjectParameter(self.object, "jointForceVector")
         self._user_torque = np.zeros(len(self.tree)) + (torque if np.size(torque) else 0.0)
         self._total = self._user_torque
+        held.keep(self._leave)
         self._check_mass_matrix()
 
     def _check_mass_matrix(self) -> None:
@@ -202,9 +207,7 @@ class Skeleton:
                 "inertias of the links"
             )
 
-    def close(self) -> None:
-        """Give the tree back the user's own joint torques."""
-        self.mbs.sys.pop(OPEN, None)
+    def _leave(self) -> None:
         self._total = self._user_torque
         self._set(self.object, "jointForceVector", self._total)
 
@@ -331,8 +334,11 @@ class Skeleton:
 
 
 def original(error: BaseException) -> BaseException:
-    """The exception that a user function raised, which Exudyn wraps, once for every solver."""
-    while isinstance(error, exu.ExudynError) and error.__cause__ is not None:
+    """The exception that a user function raised, which Exudyn wraps, once for every solver.
+
+    An interrupt in compiled code may come as SystemError.
+    """
+    while isinstance(error, (exu.ExudynError, SystemError)) and error.__cause__ is not None:
         error = error.__cause__
     return error
 

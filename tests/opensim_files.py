@@ -77,11 +77,8 @@ class Loaded:
     def dynamics(self, q, v):
         """M (n, n) and H - Q (n,)."""
         skeleton = self.model.skeleton
-        skeleton.open()
-        try:
+        with skeleton.opened():
             return skeleton.dynamics_at(np.asarray(q, float), np.asarray(v, float), 0.0)
-        finally:
-            skeleton.close()
 
 
 def frame(angles, position):

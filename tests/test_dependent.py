@@ -91,16 +91,13 @@ def test_names(model):
 def test_the_equations_of_motion(model):
     rng = np.random.default_rng(1)
     skeleton = model.skeleton
-    skeleton.open()
-    try:
+    with skeleton.opened():
         for _ in range(10):
             z, v = rng.uniform([-1.0, -2.0], [1.0, 0.3]), rng.uniform(-5.0, 5.0, 2)
             M, bias = skeleton.dynamics_at(z, v, 0.0)
             M_z, bias_z = leg.equations(z, v)
             np.testing.assert_allclose(M, M_z, rtol=0, atol=1e-14)
             np.testing.assert_allclose(bias, bias_z, rtol=0, atol=1e-12)
-    finally:
-        skeleton.close()
 
 
 def test_user_torques_springs_and_loads_on_followers_are_part_of_Q():
@@ -121,18 +118,17 @@ def test_user_torques_springs_and_loads_on_followers_are_part_of_Q():
 
     torque = [1.0, 2.0, -3.0, 4.0, 5.0, -6.0]
     skeleton = leg.build(extend=extend, jointForceVector=torque).skeleton
-    skeleton.open()
-    z, v = np.array([0.3, -0.7]), np.array([2.0, -3.0])
-    for muscles in ([0.0, 0.0], [7.0, -5.0]):  # whatever the muscles do
-        skeleton.apply(np.array(muscles))
-        _, bias = skeleton.dynamics_at(z, v, 0.0)
-        R = gradient(leg.tree_coordinates, z, 1e-3)
-        q, q_t = leg.tree_coordinates(z), R @ v
-        Q = np.array(torque)
-        Q[1] -= 300.0 * q[1] + 20.0 * q_t[1]
-        Q[4] += 3.0
-        np.testing.assert_allclose(bias, leg.equations(z, v)[1] - R.T @ Q, rtol=0, atol=1e-10)
-    skeleton.close()
+    with skeleton.opened():
+        z, v = np.array([0.3, -0.7]), np.array([2.0, -3.0])
+        for muscles in ([0.0, 0.0], [7.0, -5.0]):  # whatever the muscles do
+            skeleton.apply(np.array(muscles))
+            _, bias = skeleton.dynamics_at(z, v, 0.0)
+            R = gradient(leg.tree_coordinates, z, 1e-3)
+            q, q_t = leg.tree_coordinates(z), R @ v
+            Q = np.array(torque)
+            Q[1] -= 300.0 * q[1] + 20.0 * q_t[1]
+            Q[4] += 3.0
+            np.testing.assert_allclose(bias, leg.equations(z, v)[1] - R.T @ Q, rtol=0, atol=1e-10)
     assert skeleton.mbs.GetObjectParameter(skeleton.object, "jointForceVector").tolist() == torque
 
 

@@ -92,28 +92,26 @@ def rows(model, source, *arrays):
 def test_the_equations_of_motion():
     model, source, numbers = build(coupled=False)
     assert len(model.coordinates) == 7 and len(model.skeleton.tree) == 12
-    model.skeleton.open()
-    order = [source.coordinates.index(name) for name in model.coordinates]
-    masses = numbers["M"][:, order][:, :, order]
-    forces = numbers["tau_coriolis"] - numbers["tau_gravity"]
-    for (q, v, bias), M in zip(
-        rows(model, source, numbers["q"], numbers["u"], forces), masses, strict=True
-    ):
-        mine = model.skeleton.dynamics_at(q, v, 0.0)
-        np.testing.assert_allclose(mine[0], M, rtol=0, atol=1e-10)
-        np.testing.assert_allclose(mine[1], bias, rtol=0, atol=1e-10)
-    model.skeleton.close()
+    with model.skeleton.opened():
+        order = [source.coordinates.index(name) for name in model.coordinates]
+        masses = numbers["M"][:, order][:, :, order]
+        forces = numbers["tau_coriolis"] - numbers["tau_gravity"]
+        for (q, v, bias), M in zip(
+            rows(model, source, numbers["q"], numbers["u"], forces), masses, strict=True
+        ):
+            mine = model.skeleton.dynamics_at(q, v, 0.0)
+            np.testing.assert_allclose(mine[0], M, rtol=0, atol=1e-10)
+            np.testing.assert_allclose(mine[1], bias, rtol=0, atol=1e-10)
 
 
 def test_free_accelerations_with_the_coupler():
     """OpenSim enforces it by a constraint."""
     model, source, numbers = build(coupled=True)
     assert len(model.coordinates) == 6 and "knee_angle_pat_r" not in model.coordinates
-    model.skeleton.open()
-    for q, v, a in rows(model, source, numbers["q"], numbers["u"], numbers["udot_passive"]):
-        M, bias = model.skeleton.dynamics_at(q, v, 0.0)
-        np.testing.assert_allclose(np.linalg.solve(M, -bias), a, rtol=1e-9, atol=1e-9)
-    model.skeleton.close()
+    with model.skeleton.opened():
+        for q, v, a in rows(model, source, numbers["q"], numbers["u"], numbers["udot_passive"]):
+            M, bias = model.skeleton.dynamics_at(q, v, 0.0)
+            np.testing.assert_allclose(np.linalg.solve(M, -bias), a, rtol=1e-9, atol=1e-9)
 
 
 def test_moment_arms_with_the_coupler():

@@ -62,15 +62,16 @@ def as_model(mbs, tree):
 
 def generalized_force(build, forces, states):
     """Q of forces at states (q, t), from the inverse dynamics with and without them."""
-    models = [em.skeleton.Skeleton(*build(given)) for given in ((), forces)]
-    for model in models:
-        model.open()
+    plain, loaded = (em.skeleton.Skeleton(*build(given)) for given in ((), forces))
     found = []
-    for q, t in states:
-        (M, plain), (M_loaded, loaded) = (model.dynamics_at(q, 0.3 * q, t) for model in models)
-        np.testing.assert_array_equal(M, M_loaded)
-        np.testing.assert_array_equal(models[1].dynamics_ahead(q, 0.3 * q, t)[1], loaded)
-        found.append(plain - loaded)
+    with plain.opened(), loaded.opened():
+        for q, t in states:
+            (M, without), (M_loaded, within) = (
+                each.dynamics_at(q, 0.3 * q, t) for each in (plain, loaded)
+            )
+            np.testing.assert_array_equal(M, M_loaded)
+            np.testing.assert_array_equal(loaded.dynamics_ahead(q, 0.3 * q, t)[1], within)
+            found.append(without - within)
     return np.array(found)
 
 
@@ -269,16 +270,13 @@ def test_a_leg_with_followers_is_pushed():
 
     model = leg.build([leg.idle()], extend=extend)
     plain = leg.build([leg.idle()])
-    for each in (model, plain):
-        each.skeleton.open()
     rng = np.random.default_rng(0)
-    for z in rng.uniform([-1.0, -1.5], [1.0, 0.0], (5, 2)):
-        (_, without), (_, loaded) = (
-            each.skeleton.dynamics_at(z, 0.5 * z, 0.4) for each in (plain, model)
-        )
-        np.testing.assert_allclose(without - loaded, Q(z), rtol=0, atol=1e-11)
-    for each in (model, plain):
-        each.skeleton.close()
+    with model.skeleton.opened(), plain.skeleton.opened():
+        for z in rng.uniform([-1.0, -1.5], [1.0, 0.0], (5, 2)):
+            (_, without), (_, loaded) = (
+                each.skeleton.dynamics_at(z, 0.5 * z, 0.4) for each in (plain, model)
+            )
+            np.testing.assert_allclose(without - loaded, Q(z), rtol=0, atol=1e-11)
 
     def rate(_, y):
         M, bias = leg.equations(y[:2], y[2:])

@@ -78,11 +78,10 @@ def Q(files, q, t):
     plain, loaded = (
         em.opensim.load_model(files[0], external_loads=file).skeleton for file in (None, files[1])
     )
-    for skeleton in (plain, loaded):
-        skeleton.open()
-    (_, without), (_, within) = (
-        skeleton.dynamics_at(np.array([q]), np.zeros(1), t) for skeleton in (plain, loaded)
-    )
+    with plain.opened(), loaded.opened():
+        (_, without), (_, within) = (
+            skeleton.dynamics_at(np.array([q]), np.zeros(1), t) for skeleton in (plain, loaded)
+        )
     return (without - within)[0]
 
 
@@ -263,22 +262,19 @@ def test_the_grounds_force_on_a_leg(legs):
     motion = em.Motion.from_file(
         STANCE / "leg6dof9musc_adjusted_Kinematics_q.sto", plain.coordinates, plain.skeleton.units
     )
-    for each in legs:
-        each.skeleton.open()
-    for t in np.linspace(0.81, 1.24, 5):
-        z, v, _ = motion(t)
-        (M, without), (M_loaded, within) = (each.skeleton.dynamics_at(z, v, t) for each in legs)
-        np.testing.assert_array_equal(M, M_loaded)
-        f, p, tau = plate(t)
-        assert f[1] > 500.0  # N, a step
-        R, o = frame(z)
-        on_foot = R.T @ (p - o)
-        J = gradient(lambda x, r=on_foot: frame(x)[1] + frame(x)[0] @ r, z, 1e-3)
-        spin = np.einsum("abk,cb->ack", gradient(lambda x: frame(x)[0], z, 1e-3), R)
-        W = np.array([spin[2, 1], spin[0, 2], spin[1, 0]])
-        np.testing.assert_allclose(without - within, J.T @ f + W.T @ tau, rtol=0, atol=1e-7)
-    for each in legs:
-        each.skeleton.close()
+    with plain.skeleton.opened(), loaded.skeleton.opened():
+        for t in np.linspace(0.81, 1.24, 5):
+            z, v, _ = motion(t)
+            (M, without), (M_loaded, within) = (each.skeleton.dynamics_at(z, v, t) for each in legs)
+            np.testing.assert_array_equal(M, M_loaded)
+            f, p, tau = plate(t)
+            assert f[1] > 500.0  # N, a step
+            R, o = frame(z)
+            on_foot = R.T @ (p - o)
+            J = gradient(lambda x, r=on_foot: frame(x)[1] + frame(x)[0] @ r, z, 1e-3)
+            spin = np.einsum("abk,cb->ack", gradient(lambda x: frame(x)[0], z, 1e-3), R)
+            W = np.array([spin[2, 1], spin[0, 2], spin[1, 0]])
+            np.testing.assert_allclose(without - within, J.T @ f + W.T @ tau, rtol=0, atol=1e-7)
 
 
 @needs_opensim_files

@@ -14,6 +14,7 @@ from exudyn.kinematicTree import Inertia2T66, KinematicTree66
 from exudyn.utilities import RigidBodyInertia
 
 import exudyn_muscles as em
+from exudyn_muscles.hold import Hold
 from exudyn_muscles.path.tree import tree_frames
 from exudyn_muscles.skeleton import Skeleton
 
@@ -39,7 +40,8 @@ class System:
             extend(self)
         self.mbs.Assemble()
         self.skeleton = Skeleton(self.mbs, self.number)
-        self.skeleton.open()
+        self.held = Hold(self.mbs)
+        self.skeleton.open(self.held)
 
     def state(self):
         return self.rng.uniform(-1.5, 1.5, (2, self.n))
@@ -142,7 +144,7 @@ def test_the_users_torques_belong_to_Q():
         np.testing.assert_array_equal(system.skeleton.applied, torque + muscles - torque)
         _, bias = system.skeleton.dynamics_at(q, v, 0.0)
         np.testing.assert_allclose(bias, expected - torque, rtol=1e-12, atol=1e-11)
-    system.skeleton.close()
+    system.held.release()
     given = system.mbs.GetObjectParameter(system.number, "jointForceVector")
     np.testing.assert_array_equal(given, torque)
 
@@ -368,7 +370,7 @@ def test_changed_after_assembling():
     skeleton = Skeleton(mbs, tree)
     mbs.AddNode(exu.itemInterface.NodePointGround())
     with pytest.raises(em.ModelError, match="not assembled"):
-        skeleton.open()
+        skeleton.open(Hold(mbs))
 
 
 def test_not_a_tree():

@@ -185,4 +185,4 @@ class CMCPlugin(UnifiedPlugin):
         self._muscles.recruit(self.model.geometry(q_1, v_1), Q_m)
         self._held = self._muscles.excite(t_1).excitation
         self._window_end = t_1
-        self.begin_window(t_0, t_1, self._muscles.reserve, self._muscles.row)
+        self.begin_window(t_0, t_1, self._muscles.reserve, self._muscles.window)

@@ -21,7 +21,7 @@ from ..coupling import Plugin
 from ..errors import ParameterError, StabilityWarning, warn
 from ..model import MusculoskeletalModel
 from ..motion import Motion
-from ..result import Trajectory
+from ..result import Trajectory, Window
 from .control import (
     Tracking,
     TrackingSettings,
@@ -263,14 +263,14 @@ class CosimulationPlugin(Plugin):
         slopes = [(imbalance(q + d, v + d * (dv / dq)) - here) / DIFFERENCE for d in columns]
         return mass * self._M - dq * np.array(slopes).T
 
-    def accept(self, t_0: float, t_1: float) -> None:
+    def accept(self, t_0: float, t_1: float) -> tuple[np.ndarray, Window]:
         if self._simplified:
             self._last_acceleration = (self.skeleton.start[2].copy(), self.step)
             self._trial = self.model.geometry(self.skeleton.q, self.skeleton.v)
             self._muscles.limit(self._trial)
         _, self.a, self.l_t, _ = self._muscles.excite(t_1)
-        self.record.window(t_1, self._muscles.reserve, *self._muscles.row)
         self.geometry = self._trial
+        return self._muscles.reserve, self._muscles.window
 
 
 def css_growth(kp: float, kv: float, step: float, predictor: Predictor) -> float:

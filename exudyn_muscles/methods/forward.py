@@ -13,7 +13,7 @@ from ..model import MusculoskeletalModel
 from ..muscle.arguments import check_range
 from ..muscle.equilibrium import equilibrium
 from ..path.geometry import Geometry
-from ..result import Excitations, Trajectory
+from ..result import Excitations, Trajectory, Window
 from .control import check_settings, check_step
 from .run import simulate
 from .unified import UnifiedPlugin
@@ -132,7 +132,11 @@ class ForwardPlugin(UnifiedPlugin):
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         self.model.check_stretch(q[None])
         given = self._excitations
-        self.record.start(self.start_time, given.reserves[0], np.zeros(len(self.model.coordinates)))
+        self.record.start = (
+            self.start_time,
+            given.reserves[0],
+            np.zeros(len(self.model.coordinates)),
+        )
         self._window = -1
         if given.initial is not None:
             a, l_t = (np.array(x, dtype=float) for x in given.initial[2:])
@@ -148,8 +152,8 @@ class ForwardPlugin(UnifiedPlugin):
         if k != self._window:
             # Nothing was demanded and no bounds were computed.
             n, unknown = len(self.model.coordinates), np.full(len(self.model.muscles), np.nan)
-            row = (self._u[k], np.full(n, np.nan), np.zeros(n), unknown, unknown, unknown)
-            self.begin_window(t_0, given.time[k + 1], given.reserves[k + 1], row)
+            window = Window(self._u[k], np.full(n, np.nan), np.zeros(n), unknown, unknown, unknown)
+            self.begin_window(t_0, given.time[k + 1], given.reserves[k + 1], window)
             self._window = k
         return self._u[k]
 

@@ -20,7 +20,7 @@ from ..path.geometry import Geometry
 from ..recruitment.bounds import Excitation, ReachableForces, steady_bounds, steady_state
 from ..recruitment.limits import Limits
 from ..recruitment.optimization import Recruiter, Recruitment
-from ..result import Counts, Recorder
+from ..result import Counts, Recorder, Window
 from .control import RecruitmentSettings
 
 
@@ -29,8 +29,8 @@ class MuscleOptimization:
 
     Attributes
     ----------
-    row : tuple of ndarray
-        Of the last excited window: u, demanded and unmet torque, F_min, F_opt and F_max.
+    window : Window
+        The last excited one, as it is recorded.
     reserve : (r,) ndarray
         Reserve torques at its end.
     """
@@ -60,7 +60,7 @@ class MuscleOptimization:
         self._check_met(recruitment, t)
         force, reserve = self._split(recruitment.force)
         a, l_t = steady_state(muscles, u, force, l, v)
-        record.start(t, reserve, recruitment.unmet)
+        record.start = t, reserve, recruitment.unmet
         return a, l_t, reserve
 
     def open(
@@ -94,8 +94,10 @@ class MuscleOptimization:
         force, self.reserve = self._split(self._recruitment.force)
         excitation = self._forces.excite(force)
         self._counts.window_integrations = self._forces.integrations
-        unmet = self._recruitment.unmet
-        self.row = (excitation.excitation, self._demanded, unmet, self._low, force, self._high)
+        self.window = Window(
+            excitation.excitation, self._demanded, self._recruitment.unmet, self._low, force,
+            self._high,
+        )  # fmt: skip
         return excitation
 
     def _split(self, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import exudyn as exu
 import numpy as np
 
 from ..coupling import Plugin
 from ..errors import ParameterError
+from ..hold import hold
 from ..result import Trajectory
 
 # Far below any torque of interest and above the rounding of the recruited torques (1e-12 N m).
@@ -59,12 +61,10 @@ def simulate(
     integration.newton.absoluteTolerance = ABSOLUTE_TOLERANCE
     settings.solution.file.write = False
     settings.solution.sensors.writePeriod = step
-    before = skeleton.initial_arrays()
-    if initial is not None:
-        skeleton.set_initial_state(*initial)
-    try:
-        with plugin.attached():
+    with hold(skeleton.mbs) as held:
+        held.keep(partial(skeleton.set_initial_arrays, *skeleton.initial_arrays()))
+        if initial is not None:
+            skeleton.set_initial_state(*initial)
+        with plugin.attached_to(held):
             skeleton.mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2)
-    finally:
-        skeleton.set_initial_arrays(*before)
     return plugin.result()

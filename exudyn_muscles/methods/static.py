@@ -8,15 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from ..coupling import warn_of_unmet_torque
 from ..errors import FrozenBodiesWarning, warn
+from ..hold import hold
 from ..loads import check_external_forces
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
-from ..result import Counts, Recorder, Status, Trajectory
+from ..result import Counts, Recorder, Row, Status, Trajectory
 from ..skeleton import original, raise_as_itself
 from .control import RecruitmentSettings, check_settings, check_sizes, check_step
 from .recruiting import MuscleOptimization
@@ -102,43 +104,39 @@ def static_optimization(
             "they would move",
             FrozenBodiesWarning,
         )
-    # The evaluations below move the mbs; the user's current state is put back at the end.
     skeleton.check_assembled()
     skeleton.attach_views()
-    before = skeleton.snapshot()
-    try:
-        skeleton.open()
-    except BaseException:
-        skeleton.restore(before)
-        raise
-    last = model.geometry(q_d[0], v_d[0])
-    try:
-        for n, t in enumerate(times):
-            geometry = model.geometry(q_d[n], v_d[n])
-            M, bias = skeleton.dynamics_at(q_d[n], v_d[n], t)
-            Q_m = M @ a_d[n] + bias  # (6)
-            if n == 0:
-                a, l_t, reserve = muscles.start(geometry, Q_m, record, t)
-                torque = model.torque(geometry, a, l_t, reserve)
-            else:
-                muscles.open(a, l_t, last, times[n - 1], t)
-                torque = muscles.recruit(geometry, Q_m).torque
-                _, a, l_t, _ = muscles.excite(t)
-                record.window(t, muscles.reserve, *muscles.row)
-                counts.steps += 1
-            record.point(t, q_d[n], v_d[n], a_d[n], a, l_t, torque)
-            last = geometry
-            if progress is not None:
-                progress(t)
-        record.status = Status.COMPLETE
-    except BaseException as error:
-        raised = original(error)
-        raised.add_note(f"raised at t = {t:g} s of the static optimization")
-        record.fail(raised, f"at t = {t:g} s")
-        raise_as_itself(raised, error)
-    finally:
-        skeleton.close()
-        skeleton.restore(before)
-        record.stop()
+    with hold(model.mbs) as held:
+        # The evaluations below move the mbs; the user's current state is put back at the end.
+        held.keep(partial(skeleton.restore, skeleton.snapshot()))
+        skeleton.open(held)
+        t = times[0]
+        try:
+            last = model.geometry(q_d[0], v_d[0])
+            for n, t in enumerate(times):
+                geometry = model.geometry(q_d[n], v_d[n])
+                M, bias = skeleton.dynamics_at(q_d[n], v_d[n], t)
+                Q_m = M @ a_d[n] + bias  # (6)
+                if n == 0:
+                    a, l_t, reserve = muscles.start(geometry, Q_m, record, t)
+                    torque, window = model.torque(geometry, a, l_t, reserve), None
+                else:
+                    muscles.open(a, l_t, last, times[n - 1], t)
+                    torque = muscles.recruit(geometry, Q_m).torque
+                    _, a, l_t, _ = muscles.excite(t)
+                    reserve, window = muscles.reserve, muscles.window
+                    counts.steps += 1
+                record.add(Row(t, (q_d[n], v_d[n], a_d[n], a, l_t, torque), reserve, window))
+                last = geometry
+                if progress is not None:
+                    progress(t)
+            record.status = Status.COMPLETE
+        except BaseException as error:
+            raised = original(error)
+            raised.add_note(f"raised at t = {t:g} s of the static optimization")
+            record.fail(raised, f"at t = {t:g} s")
+            raise_as_itself(raised, error)
+        finally:
+            record.stop()
     warn_of_unmet_torque(record)
     return record.trajectory()

@@ -23,6 +23,7 @@ from ..motion import Motion
 from ..muscle.parameters import Units
 from ..muscle.trapezoidal import step
 from ..path.geometry import Geometry, path_geometry, path_tables
+from ..result import Window
 
 
 @kernel
@@ -96,16 +97,14 @@ class UnifiedPlugin(Plugin):
     def controls(self, t_0: float, t_1: float) -> np.ndarray:
         """Excitations (m,) over the step; where a window begins, `begin_window` is called."""
 
-    def begin_window(
-        self, t_0: float, t_1: float, reserve: np.ndarray, row: tuple[np.ndarray, ...]
-    ) -> None:
+    def begin_window(self, t_0: float, t_1: float, reserve: np.ndarray, window: Window) -> None:
         """A window begins at `t_0` and is to end at `t_1` with these reserves.
 
         They run there linearly from their committed values, as the record is read; a last step
         beyond `t_1` goes on along the same line.
         """
         self._ramp = (t_0, t_1, self.reserve, reserve)
-        self._row: tuple[np.ndarray, ...] | None = row
+        self._recorded, self._begins = window, True
 
     def _reserves_at(self, t: float) -> np.ndarray:
         t_0, t_1, first, last = self._ramp
@@ -113,7 +112,6 @@ class UnifiedPlugin(Plugin):
 
     def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         self.geometry = self.model.geometry(q, v)
-        self._row = None
         self.a, self.l_t, self.reserve = self.start_muscles(q, v, self.geometry)
         return self.model.torque(self.geometry, self.a, self.l_t, self.reserve)
 
@@ -155,13 +153,13 @@ class UnifiedPlugin(Plugin):
         wanted[:, self.skeleton.free] -= (r.T * (dq * F_l + dv * F_v)) @ r
         return wanted
 
-    def accept(self, t_0: float, t_1: float) -> None:
+    def accept(self, t_0: float, t_1: float) -> tuple[np.ndarray, Window | None]:
         self.a, self.l_t, length, speed = self._trial[:4].copy()
         self.geometry = Geometry(length, speed, self.skeleton.reduced(self._arms).copy())
-        # A window is what was held over accepted steps, wherever they end.
         self.reserve = self._reserve_now
-        if self._row is not None:
-            self.record.window(t_1, self.reserve, *self._row)
-            self._row = None
-        else:
-            self.record.extend(t_1, self.reserve)
+        # A window is what was held over accepted steps, wherever they end.
+        u = self._start[2]
+        if not self._begins and np.array_equal(u, self._recorded.excitation):
+            return self.reserve, None
+        self._recorded, self._begins = self._recorded._replace(excitation=u.copy()), False
+        return self.reserve, self._recorded

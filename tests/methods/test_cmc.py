@@ -243,11 +243,8 @@ def test_a_window_ends_with_the_run():
 
 
 def inverse_dynamics(model, q, v):
-    model.skeleton.open()
-    try:
+    with model.skeleton.opened():
         return model.skeleton.dynamics_at(q, v, 0.0)
-    finally:
-        model.skeleton.close()
 
 
 def test_weights_spare_a_muscle():

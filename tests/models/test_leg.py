@@ -86,10 +86,9 @@ def test_segments_are_those_of_a_man_of_75_kg(model):
     square = (0.01 * radii) ** 2 + (com**2).sum(axis=1, keepdims=True) - com**2
     inertia = mass @ square  # about the hip's x, y and z
     bent = np.array([np.pi / 2, 0.0, 0.0, 0.0, 0.0, 0.0])
-    model.skeleton.open()
-    M, standing = model.skeleton.dynamics_at(REST, REST, 0.0)
-    _, raised = model.skeleton.dynamics_at(bent, REST, 0.0)
-    model.skeleton.close()
+    with model.skeleton.opened():
+        M, standing = model.skeleton.dynamics_at(REST, REST, 0.0)
+        _, raised = model.skeleton.dynamics_at(bent, REST, 0.0)
     about = [HIP_ADDUCTION, HIP_ROTATION, HIP_FLEXION]
     np.testing.assert_allclose(M[about, about], inertia, rtol=2e-3)
     np.testing.assert_allclose(raised[HIP_FLEXION], -9.81 * mass @ com[:, 1], rtol=1e-3)

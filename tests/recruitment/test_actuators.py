@@ -39,11 +39,8 @@ def bias(mbs, tree, state, **more):
     """H - Q (n,) of the system as it is."""
     mbs.Assemble()
     model = em.MusculoskeletalModel(mbs, tree, [muscle()], **more)
-    model.skeleton.open()
-    try:
+    with model.skeleton.opened():
         return model, model.skeleton.dynamics_at(*state, 0.0)[1]
-    finally:
-        model.skeleton.close()
 
 
 def frame(seed, link):
@@ -132,9 +129,8 @@ def test_followers_hand_the_force_on():
                 )
             ],
         )  # fmt: skip
-        model.skeleton.open()
-        found.append(model.skeleton.dynamics_at(np.array([0.3, -0.8]), np.zeros(2), 0.0)[1])
-        model.skeleton.close()
+        with model.skeleton.opened():
+            found.append(model.skeleton.dynamics_at(np.array([0.3, -0.8]), np.zeros(2), 0.0)[1])
     torque = model.geometry(np.array([0.3, -0.8]), np.zeros(2)).columns[:, 0] * SIZE
     assert np.abs(torque).min() > 1.0
     np.testing.assert_allclose(torque, found[0] - found[1], atol=1e-10)
