@@ -235,7 +235,8 @@ class Trajectory:
     torques_demanded, torques_unmet : (K, n) ndarray
         Q_m at the windows' ends, and what of it was out of reach [N m].
     force_min, force_optimal, force_max : (K, m) ndarray
-        Bounds (8), (9) at the accepted state and recruited forces (10) [N].
+        Bounds (8), (9) and recruited forces (10) [N], at the accepted state or, with CSS, at the
+        predicted one.
     reserves : (K + 1, r) ndarray
         Reserve torques at the windows' ends [N m].
     start_unmet : (n,) ndarray

@@ -27,6 +27,7 @@ from .path.geometry import path_points, surfaces_at
 from .path.points import Paths
 from .path.surfaces import CYLINDER
 from .result import Trajectory
+from .skeleton import Skeleton
 
 RELAXED = (0.13, 0.30, 0.90)  # RGB at a = 0
 ACTIVE = (0.90, 0.10, 0.10)  # RGB at a = 1
@@ -85,7 +86,7 @@ def show_muscles(
     trajectory : Trajectory, optional
         Gives the activations; without one the muscles have a neutral color.
     sticks : bool, optional
-        Draw the links as sticks in place of the tree's own graphics.
+        Draw the links as sticks in place of the graphics that the tree was created with.
 
     Raises
     ------
@@ -153,7 +154,7 @@ def view(model: MusculoskeletalModel, trajectory: Trajectory, *, sticks: bool = 
     model : MusculoskeletalModel
     trajectory : Trajectory
     sticks : bool, optional
-        Draw the links as sticks in place of the tree's own graphics.
+        Draw the links as sticks in place of the graphics that the tree was created with.
 
     Raises
     ------
@@ -208,7 +209,7 @@ def render(
         Global directions that point to the right, upwards and to the viewer, one a row; x, y, z if
         left out.
     sticks : bool, optional
-        Draw the links as sticks in place of the tree's own graphics.
+        Draw the links as sticks in place of the graphics that the tree was created with.
 
     Raises
     ------
@@ -355,13 +356,14 @@ class _Scene:
 @contextmanager
 def _drawn(scene: _Scene, container: exu.SystemContainer) -> Iterator[None]:
     """Let a container draw a scene; sticks replace the tree meanwhile."""
-    mbs, tree = scene.model.mbs, scene.model.skeleton.object
+    mbs = scene.model.mbs
     layer = _layer(container)
-    shown = mbs.GetObjectParameter(tree, "Vshow")
+    hidden = _own_graphics(scene.model.skeleton) if scene.sticks else []
+    shown = [mbs.GetObjectParameter(number, "Vshow") for number in hidden]
     try:
-        if scene.sticks:
+        for number in hidden:
             # Unlike VshowLinks and VshowJoints, this acts after assembly.
-            mbs.SetObjectParameter(tree, "Vshow", False)
+            mbs.SetObjectParameter(number, "Vshow", False)
         layer.AddObject(
             ObjectGround(visualization=VObjectGround(graphicsDataUserFunction=scene.draw))
         )
@@ -370,7 +372,29 @@ def _drawn(scene: _Scene, container: exu.SystemContainer) -> Iterator[None]:
     finally:
         layer.Reset()
         layer.variables[LAYER] = True
-        mbs.SetObjectParameter(tree, "Vshow", shown)
+        for number, before in zip(hidden, shown, strict=True):
+            mbs.SetObjectParameter(number, "Vshow", before)
+
+
+def _own_graphics(skeleton: Skeleton) -> list[int]:
+    """The tree, and the ground that `CreateKinematicTree` makes just before it.
+
+    That one has a block to every first joint that is not at the base, no name, and the base for its
+    position.
+    """
+    mbs, tree = skeleton.mbs, skeleton.tree
+    number = int(skeleton.object)
+    blocks = int((tree.offsets[tree.parents < 0] != 0.0).any(axis=1).sum())
+    if number == 0 or blocks == 0:
+        return [number]
+    before = mbs.GetObject(number - 1)
+    is_own = (
+        before["objectType"] == "Ground"
+        and before["name"] == f"object{number - 1}"
+        and np.array_equal(before["referencePosition"], tree.base)
+        and len(before["VgraphicsData"]) == blocks
+    )
+    return [number, number - 1] if is_own else [number]
 
 
 def _layer(container: exu.SystemContainer) -> exu.MainSystem:

@@ -510,6 +510,67 @@ def test_a_failed_attachment_leaves_the_plugin_usable(model, motion):
     assert plugin_run(model, plugin, settings()).status is em.Status.COMPLETE
 
 
+@pytest.mark.parametrize("name", ["PreStep", "PreNewtonResidual", "SystemJacobian", "PostStep"])
+@pytest.mark.parametrize("at", [0.0, 0.5])
+def test_a_user_function_replaced_within_the_run_is_named(model, motion, name, at):
+    """At once, whichever it is and whenever; what was accepted before is kept."""
+    mbs = model.mbs
+
+    def replace():
+        if name == "SystemJacobian":
+            getattr(mbs, f"Set{name}UserFunction")(0)
+        else:
+            getattr(mbs, f"Set{name}UserFunction")(lambda *arguments: True)
+
+    def progress(t):
+        if abs(t - at) < 1e-9:
+            replace()
+
+    plugin = em.CosimulationPlugin(model, motion, em.Cosimulation(kp=KP), progress=progress)
+
+    def run():
+        with plugin.attached():
+            if at == 0.0:
+                replace()
+            mbs.SolveDynamic(settings(), solverType=TRAPEZOIDAL)
+
+    with pytest.raises(em.ModelError, match=f"another {name} user function") as caught:
+        run()
+    if at:
+        ends = {"SystemJacobian": 1.0, "PostStep": at}
+        assert caught.value.trajectory.time[-1] == pytest.approx(ends.get(name, at), abs=1e-9)
+    assert getattr(mbs, f"Get{name}UserFunction")() == 0
+    assert plugin_run(model, csf(model, motion), settings()).status is em.Status.COMPLETE
+
+
+def test_the_solver_of_the_users_last_run_comes_back(model, motion):
+    """Where the plugin's run had none, or static optimization, which needs none in the mbs."""
+    mbs = model.mbs
+    mbs.SolveDynamic(settings(end=0.02), solverType=TRAPEZOIDAL)
+    solver = mbs.sys["dynamicSolver"]
+    with csf(model, motion).attached():
+        assert "dynamicSolver" not in mbs.sys
+    assert mbs.sys["dynamicSolver"] is solver
+    em.static_optimization(model, motion)
+    assert mbs.sys["dynamicSolver"] is solver
+    plugin_run(model, csf(model, motion), settings(end=0.02))
+    assert mbs.sys["dynamicSolver"] is not solver
+
+
+def test_a_changed_step_gets_a_matrix_of_its_own():
+    """With one coordinate the unified mode keeps its matrix otherwise: shorter steps are easier,
+    but not with the matrix of longer ones.
+    """
+
+    def cmc(model, motion):
+        return em.CMCPlugin(model, motion, em.CMC(kp=KP))
+
+    plain, shorter = (rejected_run(cmc, 0.001, reject).counts for reject in (False, True))
+    tried = shorter.steps + shorter.rejected_steps
+    assert shorter.rejected_steps > 40
+    assert shorter.newton_iterations / tried < plain.newton_iterations / plain.steps
+
+
 def test_static_optimization_leaves_the_state_of_the_users_run(model, motion):
     plugin_run(model, csf(model, motion), settings(end=0.3))
     before, t = model.skeleton.q.copy(), model.mbs.systemData.GetTime()

@@ -1,8 +1,7 @@
-"""An interrupt in whatever line of a run: it surfaces as itself, the mbs is the user's again, what was
-reached is readable, and the next run gives the same bits.
+"""An interrupt in whatever line of a run: it surfaces as itself, the mbs is the user's again, what
+was reached is readable, and the next run gives the same bits.
 """
 
-import exudyn as exu
 import numpy as np
 import pytest
 
@@ -74,7 +73,7 @@ def plugin(model, motion):
 
 def users(model):
     """What in an mbs is the user's: state, torques, user functions and solver."""
-    mbs, initial = model.mbs, exu.ConfigurationType.Initial
+    mbs = model.mbs
     state = model.skeleton.initial_arrays()
     torque = mbs.GetObjectParameter(model.skeleton.object, "jointForceVector")
     hooks = [getattr(mbs, f"Get{name}UserFunction")() for name in HOOKS]

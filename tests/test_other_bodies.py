@@ -1,10 +1,15 @@
 """Bodies outside the skeleton: part of Q, and where they are matters."""
 
+import exudyn as exu
 import numpy as np
 import pytest
 from exudyn.utilities import (
+    LoadCoordinate,
     MarkerBodyPosition,
     MarkerKinematicTreeRigid,
+    MarkerNodeCoordinate,
+    Mass1D,
+    Node1D,
     ObjectConnectorSpringDamper,
 )
 
@@ -74,6 +79,45 @@ def test_cmc_predicts_the_other_bodies():
     assert rms_deg(cmc)[0] < 1.0
     difference = np.abs(cmc.torques_demanded - csf.torques_demanded).max()
     assert difference < 0.1 * np.abs(csf.torques_demanded).max()
+
+
+def test_a_prediction_moves_other_bodies_with_their_acceleration():
+    """A mass falls freely beside the pendulum, whose torque depends on the mass's place and speed:
+    the prediction from the start of a step is then exact.
+    """
+    built, motion = pendulum.build(), pendulum.motion()
+    mbs = built.mbs
+    node = mbs.AddNode(Node1D(referenceCoordinates=[0.0], initialVelocities=[0.3]))
+    mbs.AddObject(Mass1D(nodeNumber=node, mass=2.0))
+    place = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
+    mbs.AddLoad(LoadCoordinate(markerNumber=place, load=-5.0))
+
+    def torque(mbs, t, load):
+        x, v = (
+            mbs.GetNodeOutput(node, kind)
+            for kind in (exu.OutputVariableType.Coordinates, exu.OutputVariableType.Coordinates_t)
+        )
+        return 3.0 * float(np.sum(x)) + 0.5 * float(np.sum(v))
+
+    angle = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=0, coordinate=0))
+    mbs.AddLoad(LoadCoordinate(markerNumber=angle, load=0.0, loadUserFunction=torque))
+    mbs.Assemble()
+    model = em.MusculoskeletalModel(mbs, 0, built.muscles, coordinates=["theta"])
+    start_at(model, motion)
+    errors = []
+
+    def look(mbs, t):
+        q, v, _ = motion(t)
+        predicted = model.skeleton.dynamics_ahead(q, v, t)[1]
+        x, x_t = 0.3 * t - 1.25 * t * t, 0.3 - 2.5 * t
+        expected = 9.81 * 0.5 * np.sin(q) - 3.0 * x - 0.5 * x_t
+        errors.append(np.abs(predicted - expected).max())
+        return True
+
+    mbs.SetPreStepUserFunction(look)
+    plugin_run(model, em.CosimulationPlugin(model, motion, em.Cosimulation(kp=KP)), settings())
+    assert len(errors) == 100
+    assert max(errors) < 1e-12
 
 
 def test_static_optimization_says_that_it_holds_them():

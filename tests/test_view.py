@@ -6,7 +6,14 @@ import sys
 import exudyn as exu
 import numpy as np
 import pytest
-from exudyn.utilities import LoadSolutionFile, SetSolutionState
+from exudyn import graphics
+from exudyn.utilities import (
+    HTtranslate,
+    LoadSolutionFile,
+    RigidBodyInertia,
+    SetSolutionState,
+    TreeLink,
+)
 from matplotlib.image import imread
 
 import exudyn_muscles as em
@@ -112,6 +119,31 @@ def test_own_graphics_of_the_tree_in_place_of_sticks(model):
         colors, points = drawn(model)
     assert has_color(colors, (*view.BONE, 1.0))
     assert not np.array_equal(points[: len(own)], own)
+
+
+@pytest.mark.parametrize("offset", [[0.0, 0.0, 0.0], [0.4, 0.3, 0.0]])
+def test_the_ground_that_comes_with_a_tree_goes_with_its_graphics(offset):
+    """Its block from the base to the first joint; the user's own ground stays."""
+    mbs = exu.SystemContainer().AddSystem()
+    mine, own = (0.1, 0.9, 0.2, 1.0), tuple(graphics.color.defaultBody)
+    mbs.CreateGround(graphicsDataList=[graphics.Brick(size=[0.01] * 3, color=list(mine))])
+    inertia = RigidBodyInertia(mass=1.0, inertiaTensor=np.eye(3), com=[0.0, -0.1, 0.0])
+    link = TreeLink(
+        jointType=exu.JointType.RevoluteZ, parent=-1, linkInertia=inertia,
+        jointHT=HTtranslate(offset), graphicsDataList=[],
+    )  # fmt: skip
+    tree = mbs.CreateKinematicTree(listOfTreeLinks=[link], gravity=[0.0, -9.81, 0.0])
+    mbs.Assemble()
+    path = [em.PathPoint([0.5, 0.5, 0.0]), em.PathPoint([0.02, -0.1, 0.0], link=0)]
+    size = {"optimal_fiber_length": 0.1, "tendon_slack_length": 0.2}
+    muscle = em.Muscle("muscle", max_isometric_force=100.0, **size, path=path)
+    built = em.MusculoskeletalModel(mbs, tree, [muscle])
+    before, _ = drawn(built)
+    assert has_color(before, mine) and has_color(before, own) == any(offset)
+    with view.show_muscles(built):
+        colors, _ = drawn(built)
+    assert has_color(colors, mine) and not has_color(colors, own)
+    assert np.array_equal(drawn(built)[0], before)
 
 
 def test_model_and_results_are_undisturbed(model, trajectory, tmp_path):

@@ -255,8 +255,7 @@ class CosimulationPlugin(Plugin):
         def imbalance(q: np.ndarray, v: np.ndarray) -> np.ndarray:
             M, bias = self.skeleton.dynamics_at(q, v, t)
             Q_m = M @ self._tracking.acceleration(t, t, q, v) + bias
-            torque = self._muscles.recruit(self.model.geometry(q, v), Q_m).torque
-            return M @ a + bias - torque
+            return M @ a + bias - self._muscles.torque(self.model.geometry(q, v), Q_m)
 
         columns = np.eye(q.size) * DIFFERENCE
         here = imbalance(q, v)

@@ -72,15 +72,19 @@ class MuscleOptimization:
 
     def recruit(self, geometry: Geometry, Q_m: np.ndarray) -> Recruitment:
         """Force limits and optimization for the torque `Q_m` at the window's end."""
-        self.limit(geometry)
-        self._demanded = Q_m
-        self._recruitment = self._optimize(geometry, Q_m, self._low, self._high)
+        self._demanded, self._bounds = Q_m, self.limit(geometry)
+        self._recruitment = self._optimize(geometry, Q_m, *self._bounds)
         return self._recruitment
 
-    def limit(self, geometry: Geometry) -> None:
+    def torque(self, geometry: Geometry, Q_m: np.ndarray) -> np.ndarray:
+        """The torque that `recruit` would deliver."""
+        return self._optimize(geometry, Q_m, *self.limit(geometry)).torque
+
+    def limit(self, geometry: Geometry) -> tuple[np.ndarray, np.ndarray]:
         """Force limits (8), (9) at the window's end."""
-        self._low, self._high = self._forces.bounds(geometry.length, geometry.lengthening_speed)
+        bounds = self._forces.bounds(geometry.length, geometry.lengthening_speed)
         self._counts.window_integrations = self._forces.integrations
+        return bounds
 
     def excite(self, t: float) -> Excitation:
         """Excitations for the last recruitment, whose window ends at `t`.
@@ -94,10 +98,9 @@ class MuscleOptimization:
         force, self.reserve = self._split(self._recruitment.force)
         excitation = self._forces.excite(force)
         self._counts.window_integrations = self._forces.integrations
-        self.window = Window(
-            excitation.excitation, self._demanded, self._recruitment.unmet, self._low, force,
-            self._high,
-        )  # fmt: skip
+        low, high = self._bounds
+        unmet = self._recruitment.unmet
+        self.window = Window(excitation.excitation, self._demanded, unmet, low, force, high)
         return excitation
 
     def _split(self, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -107,6 +107,23 @@ def test_in_a_users_run_windows_follow_the_steps_and_can_be_replayed(model):
     assert np.abs(replay.coordinates - result.coordinates).max() < 1e-8
 
 
+def test_controls_of_ones_own_are_recorded_as_they_were_used(model):
+    """In windows of their own where they change within one, so that they can be replayed."""
+
+    class Eager(em.CMCPlugin):
+        def controls(self, t_0, t_1):
+            return super().controls(t_0, t_1) * (1.0 if round(1000 * t_0) % 10 < 5 else 1.1)
+
+    motion = pendulum.motion()
+    start_at(model, motion)
+    result = plugin_run(model, Eager(model, motion, em.CMC(kp=KP)), settings(0.001, 0.2))
+    np.testing.assert_allclose(np.diff(result.window_time), 0.005, atol=1e-12)
+    u = result.excitation_values
+    np.testing.assert_array_equal(u[1::2], 1.1 * u[::2])
+    replay = em.forward_dynamics(model, result.excitations)
+    np.testing.assert_array_equal(replay.coordinates, result.coordinates)
+
+
 @pytest.mark.parametrize("step", [0.001, 0.003, 0.004])
 def test_reserves_replay_with_steps_that_straddle_the_windows(step):
     arm, motion = planar_arm.build(), planar_arm.motion()

@@ -77,6 +77,18 @@ def test_css(model, motion):
         assert result.counts.recruitments - 1 == 100
 
 
+@pytest.mark.parametrize("scheme", [FULL, SIMPLIFIED])
+def test_forces_and_their_bounds_belong_to_one_state(model, motion, scheme):
+    """Of the state with which the muscles were recruited: the one that pulls the wrong way does so
+    exactly at its lower bound.
+    """
+    result = run(model, motion, scheme=scheme)
+    F, low, high = result.force_optimal, result.force_min, result.force_max
+    assert ((low <= F) & (high >= F)).all()
+    resting = np.isclose(F, low, rtol=1e-13, atol=0.0).any(axis=1)
+    assert resting.mean() > 0.95
+
+
 @pytest.mark.parametrize("predictor", [CONSTANT, EXTRAPOLATED])
 @pytest.mark.parametrize("share", [0.9, 1.1])
 def test_disturbances_grow_and_decay_as_the_stability_limit_says(model, predictor, share):
@@ -164,6 +176,30 @@ def test_out_of_reach_the_run_goes_on_and_says_so(model):
     assert full[short].all()
 
 
+def test_a_saturated_newton_matrix_leaves_the_recruitment_alone(model):
+    """Differences recruit at other states; what is recorded is the accepted one's."""
+    violent = em.Motion.from_waypoints(
+        np.array([0, 1 / 3, 2 / 3, 1]) * 0.5, np.radians([180.0, 120.0, 240.0, 180.0])
+    )
+    plugin = em.CosimulationPlugin(model, violent, em.Cosimulation(kp=KP))
+    seen = []
+    saturated = plugin._saturated_jacobian
+
+    def watched(*arguments):
+        muscles = plugin._muscles
+        before = muscles._demanded, muscles._recruitment, muscles._bounds
+        found = saturated(*arguments)
+        now = muscles._demanded, muscles._recruitment, muscles._bounds
+        seen.append(all(x is y for x, y in zip(before, now, strict=True)))
+        return found
+
+    plugin._saturated_jacobian = watched
+    model.skeleton.set_initial_state(*violent(0.0)[:2])
+    with pytest.warns(em.UnmetTorqueWarning):
+        plugin_run(model, plugin, run_settings(end=0.5))
+    assert len(seen) > 5 and all(seen)
+
+
 def test_out_of_reach_can_be_an_error(model):
     violent = em.Motion.from_waypoints(
         np.array([0, 1 / 3, 2 / 3, 1]) * 0.5, np.radians([180.0, 120.0, 240.0, 180.0])
@@ -171,6 +207,31 @@ def test_out_of_reach_can_be_an_error(model):
     with pytest.raises(em.UnmetTorqueError, match=r"t = 0\.\d+ s, short by {'theta'") as caught:
         run(model, violent, raise_on_unmet_torque=True)
     assert caught.value.trajectory.max_unmet_torque == 0.0
+
+
+@pytest.mark.parametrize("run", [em.static_optimization, em.computed_muscle_control, em.cosimulate])
+def test_a_start_out_of_reach(model, run):
+    """Ten times the torque that the muscles can deliver, from the very first instant."""
+    times = np.linspace(0.0, 0.05, 11)
+    motion = em.Motion.from_samples(times, np.pi + 5000.0 * times[:, None] ** 2)
+    with pytest.warns(em.UnmetTorqueWarning, match="theta: .* short at the start"):
+        result = run(model, motion)
+    Q_m = result.torques_delivered[0] + result.start_unmet
+    M, bias = (x.item() for x in dynamics(model, *motion(0.0)[:2]))
+    assert Q_m[0] == pytest.approx(M * motion(0.0)[2][0] + bias, rel=1e-9)
+    assert abs(result.start_unmet[0]) > 0.5 * abs(Q_m[0])
+    settings = {
+        em.static_optimization: em.Static,
+        em.computed_muscle_control: em.CMC,
+        em.cosimulate: em.Cosimulation,
+    }[run]
+    with pytest.raises(em.UnmetTorqueError, match=r"t = 0 s, short by {'theta'"):
+        run(model, motion, settings=settings(raise_on_unmet_torque=True))
+
+
+def dynamics(model, q, v):
+    with model.skeleton.opened() as skeleton:
+        return skeleton.dynamics_at(q, v, 0.0)
 
 
 def test_only_accepted_steps_count_as_out_of_reach(model):
