@@ -6,7 +6,14 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from .errors import ParameterError
+
+# Exudyn's numbers of items, which are no numbers of links.
+ITEMS = {
+    f"{kind}Index": f"{kind.lower()}s" for kind in ("Node", "Object", "Marker", "Load", "Sensor")
+}
 
 
 def number_within(name: str, value: Any, low: float, high: float, unit: str = "") -> float:
@@ -43,3 +50,22 @@ def three_numbers(name: str, value: Sequence[float], unit: str = "") -> tuple[fl
         wanted = f"three finite numbers in {unit}" if unit else "three finite numbers"
         raise ParameterError(f"{name} is {wanted}, got {value!r}")
     return x, y, z
+
+
+def link_number(what: str, value: Any, lowest: int = -1) -> int:
+    """`value` as the number of a link of the kinematic tree, or -1 for ground.
+
+    Raises
+    ------
+    ParameterError
+        It is not an integer from `lowest`; names it, and the list that it is from.
+    """
+    if isinstance(value, (int, np.integer)) and not isinstance(value, bool) and value >= lowest:
+        return int(value)
+    kind = type(value).__name__
+    shown = f"{kind}({value}), one of the mbs's {ITEMS[kind]}" if kind in ITEMS else repr(value)
+    ground = " (-1 is ground)" if lowest == -1 else ""
+    raise ParameterError(
+        f"{what} is the number of a link in the kinematic tree, an integer from 0{ground}, got "
+        f"{shown}"
+    )

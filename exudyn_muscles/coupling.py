@@ -222,6 +222,7 @@ class Plugin(ABC):
     def _reset(self) -> None:
         self._open = False  # a step is being tried
         self._started = False
+        self._t_0 = self.start_time  # start of the step
         self._calls = 0  # of pre_newton in this step
         self.step = 0.0  # length of the step being tried [s]
         self.run_end = self.end_time

@@ -8,8 +8,9 @@ the next run begins.
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager, contextmanager, suppress
+from inspect import GEN_CLOSED, getgeneratorstate
 
 import exudyn as exu
 
@@ -65,8 +66,12 @@ def hold(mbs: exu.MainSystem) -> AbstractContextManager[Hold]:
         Another run holds the `mbs`.
     """
 
-    def steps() -> Iterator[Hold]:
-        held = Hold(mbs, lambda: (run := current()) is not None and run.gi_frame is not None)
+    def lasts() -> bool:
+        run = current()
+        return run is not None and getgeneratorstate(run) != GEN_CLOSED
+
+    def steps() -> Generator[Hold]:
+        held = Hold(mbs, lasts)
         held.take()
         try:
             yield held
@@ -78,6 +83,6 @@ def hold(mbs: exu.MainSystem) -> AbstractContextManager[Hold]:
                 raise
 
     running = steps()
-    # A frame knows exactly whether it has been left, which no flag set in it does.
+    # A generator knows exactly whether it has ended, which no flag that it sets does.
     current = weakref.ref(running)
     return contextmanager(lambda: running)()

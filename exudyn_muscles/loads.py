@@ -23,6 +23,7 @@ from exudyn.itemInterface import LoadForceVector, LoadTorqueVector, MarkerKinema
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
+from .checks import link_number
 from .errors import ParameterError, StorageError
 from .path.tree import GROUND
 from .skeleton import tree_item
@@ -100,11 +101,7 @@ class ExternalForce:
             ("force_expressed_in", GROUND),
             ("point_expressed_in", GROUND),
         ):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
-                raise self._error(f"{name} must be the number of a link, got {value!r}")
-            if value < lowest:
-                raise self._error(f"{name} = {value} is no link, the smallest is {lowest}")
+            link_number(f"external force '{self.name}': {name}", getattr(self, name), lowest)
 
     def _array(self, name: str, values: ArrayLike) -> np.ndarray:
         """Finite numbers, not to be written."""

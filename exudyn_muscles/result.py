@@ -652,7 +652,7 @@ def _saturated(
     return tuple(found)
 
 
-def _stacked(rows: list[tuple[np.ndarray, ...]], widths: tuple[int, ...]) -> list[np.ndarray]:
+def _stacked(rows: Sequence[tuple[np.ndarray, ...]], widths: tuple[int, ...]) -> list[np.ndarray]:
     """Columns of a list of rows, each (len(rows), width)."""
     if not rows:
         return [np.empty((0, width)) for width in widths]

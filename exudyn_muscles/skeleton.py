@@ -114,13 +114,14 @@ class Skeleton:
         """Raise ModelError unless Exudyn can solve the system and its coordinates are free."""
         if not self.mbs.systemIsConsistent:
             raise ModelError("the mbs is not assembled: call mbs.Assemble() first")
-        constraints = self.mbs.systemData.AEsize()
-        if constraints:
+        constrained = constrained_objects(self.mbs)
+        if constrained:
             raise ModelError(
-                f"the mbs has {constraints} algebraic constraint equations (joints, constraints or "
-                "bodies with Euler parameters, for which nodeType=NodeType.RotationRxyz can be "
-                "used); the methods need independent coordinates, and what follows others in the "
-                "tree is given to the model as its followers"
+                f"the mbs has algebraic constraints, of {', '.join(constrained)}; the methods need "
+                "independent coordinates. Rigid bodies have none with "
+                "nodeType=exu.NodeType.RotationRxyz; instead of joints between bodies build links "
+                "of the kinematic tree, instead of constraints between its coordinates give the "
+                "model followers"
             )
 
     def attach_views(self) -> None:
@@ -331,6 +332,16 @@ class Skeleton:
         for array, values in zip(self._current, arrays, strict=True):
             array[:] = values
         self.mbs.systemData.SetTime(time)
+
+
+def constrained_objects(mbs: exu.MainSystem) -> list[str]:
+    """Types, names and numbers of the objects that have algebraic equations."""
+    data = mbs.systemData
+    if data.AEsize() == 0:
+        return []
+    numbers = [k for k in range(data.NumberOfObjects()) if data.GetObjectLTGAE(k)]
+    items = {k: mbs.GetObject(k) for k in numbers}
+    return [f"{item['objectType']} '{item['name']}' (object {k})" for k, item in items.items()]
 
 
 def original(error: BaseException) -> BaseException:

@@ -406,9 +406,9 @@ BAD[4, 1] = np.nan
         ({"force": np.ones((3, 11))}, r"force must be \(11, 3\), got \(3, 11\)"),
         ({"torque": BAD}, "torque must be finite, row 4 is"),
         ({"point": "here"}, "point must be an array of numbers"),
-        ({"link": -1}, "link = -1 is no link, the smallest is 0"),
-        ({"link": 0.5}, "link must be the number of a link, got 0.5"),
-        ({"point_expressed_in": -2}, "point_expressed_in = -2 is no link, the smallest is -1"),
+        ({"link": -1}, "link is the number of a link .*from 0, got -1"),
+        ({"link": 0.5}, "link is the number of a link .*, got 0.5"),
+        ({"point_expressed_in": -2}, r"point_expressed_in is .*\(-1 is ground\), got -2"),
     ],
 )
 def test_bad_records(changes, message):

@@ -3,6 +3,7 @@
 import exudyn as exu
 import numpy as np
 import pytest
+from exudyn.utilities import MarkerBodyPosition
 
 import exudyn_muscles as em
 from models import pendulum
@@ -198,3 +199,44 @@ def test_fibers_that_do_not_fit_the_path_are_named(fiber, tendon, message):
     model = em.MusculoskeletalModel(built.mbs, 0, [unit])
     with pytest.raises(em.ParameterError, match=message):
         em.static_optimization(model, pendulum.motion())
+
+
+def acts_on(kind, link):
+    """Anything on a link, whose number must be one of the tree's."""
+    where = {"point": [0.0, 0.0, 0.0], "direction": [1.0, 0.0, 0.0], "optimal_force": 1.0}
+    times, force = [0.0, 1.0], np.zeros((2, 3))
+    return {
+        "point": lambda: em.PathPoint([0.0, 0.0, 0.0], link=link),
+        "moving": lambda: em.MovingPathPoint(0.0, 0.0, 0.0, link, coordinate=0),
+        "surface": lambda: em.WrapSphere(1.0, link=link),
+        "force": lambda: em.PointActuator("A", link=link, **where),
+        "torque": lambda: em.TorqueActuator("A", link=link, axis=[0, 0, 1], optimal_force=1.0),
+        "against": lambda: em.TorqueActuator(
+            "A", link=5, against=link, axis=[0, 0, 1], optimal_force=1.0
+        ),
+        "record": lambda: em.ExternalForce("F", link, times, force),
+        "frame": lambda: em.ExternalForce("F", 0, times, force, force_expressed_in=link),
+    }[kind]
+
+
+@pytest.mark.parametrize(
+    "kind", ["point", "moving", "surface", "force", "torque", "against", "record", "frame"]
+)
+@pytest.mark.parametrize("link", [True, 1.0, "1", None, -2])
+def test_a_link_is_checked_in_one_way_everywhere(kind, link):
+    with pytest.raises(em.ParameterError, match=rf"link in the kinematic tree.*got {link!r}"):
+        acts_on(kind, link)()
+
+
+@pytest.mark.parametrize(
+    "kind", ["point", "moving", "surface", "force", "torque", "against", "record", "frame"]
+)
+def test_a_number_of_another_list_is_told_apart(kind):
+    """A body's or marker's number looks like one of a link when it is printed."""
+    mbs = exu.SystemContainer().AddSystem()
+    body = mbs.CreateMassPoint(mass=1.0)
+    with pytest.raises(em.ParameterError, match=r"got ObjectIndex\(0\), one of the mbs's objects"):
+        acts_on(kind, body)()
+    marker = mbs.AddMarker(MarkerBodyPosition(bodyNumber=body))
+    with pytest.raises(em.ParameterError, match=r"got MarkerIndex\(0\), one of the mbs's markers"):
+        acts_on(kind, marker)()

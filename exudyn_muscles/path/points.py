@@ -8,7 +8,7 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
-from ..checks import three_numbers
+from ..checks import link_number, three_numbers
 from ..curves import Curve, PackedCurves, pack
 from ..errors import ParameterError
 from ..muscle.parameters import Muscle, MuscleSet
@@ -46,7 +46,7 @@ class PathPoint:
     def __post_init__(self) -> None:
         position = three_numbers("a path point's position", self.position, "m")
         object.__setattr__(self, "position", position)
-        _check_link(self)
+        object.__setattr__(self, "link", link_number("a path point's link", self.link))
 
 
 @dataclass(frozen=True)
@@ -120,13 +120,7 @@ class MovingPathPoint:
                     f"{value!r}"
                 )
             object.__setattr__(self, name, number)
-        _check_link(self)
-
-
-def _check_link(point: PathPoint | MovingPathPoint) -> None:
-    if not isinstance(point.link, (int, np.integer)) or point.link < GROUND:
-        raise ParameterError(f"a path point's link is an integer from 0, got {point.link!r}")
-    object.__setattr__(point, "link", int(point.link))
+        object.__setattr__(self, "link", link_number("a path point's link", self.link))
 
 
 @dataclass(frozen=True, eq=False)

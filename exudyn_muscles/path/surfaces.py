@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..checks import number_within, three_numbers
+from ..checks import link_number, number_within, three_numbers
 from ..errors import ParameterError
 from .tree import GROUND
 
@@ -65,9 +65,7 @@ class WrapSurface:
     def __post_init__(self) -> None:
         for parameter in ("position", "rotation"):
             self._set_vector(parameter)
-        if not isinstance(self.link, (int, np.integer)) or self.link < GROUND:
-            raise ParameterError(f"{self}: link is an integer from 0, got {self.link!r}")
-        object.__setattr__(self, "link", int(self.link))
+        object.__setattr__(self, "link", link_number(f"{self}: link", self.link))
         sides = [sign + axis for axis in self._sides for sign in ("", "-")]
         if self.side is not None and self.side not in sides:
             raise ParameterError(f"{self}: side = {self.side!r} is not one of {', '.join(sides)}")

@@ -12,7 +12,7 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
-from ..checks import number_within, three_numbers
+from ..checks import link_number, number_within, three_numbers
 from ..errors import ParameterError
 from ..kernel import kernel
 from ..path.tree import GROUND, PRISMATIC, Tree, tree_frames
@@ -100,7 +100,7 @@ class PointActuator:
     def __post_init__(self) -> None:
         what = f"point actuator '{self.name}'"
         _check(self, what)
-        _check_link(f"{what}: link", self.link, 0)
+        link_number(f"{what}: link", self.link, 0)
         _check_flags(
             what, point_is_global=self.point_is_global, force_is_global=self.force_is_global
         )
@@ -147,8 +147,8 @@ class TorqueActuator:
     def __post_init__(self) -> None:
         what = f"torque actuator '{self.name}'"
         _check(self, what)
-        _check_link(f"{what}: link", self.link, 0)
-        _check_link(f"{what}: against", self.against, GROUND)
+        link_number(f"{what}: link", self.link, 0)
+        link_number(f"{what}: against", self.against)
         if self.against == self.link:
             raise ParameterError(f"{what}: link and against are both {self.link}")
         _check_flags(what, torque_is_global=self.torque_is_global)
@@ -308,11 +308,6 @@ def _check_flags(what: str, **flags: object) -> None:
     for name, value in flags.items():
         if not isinstance(value, (bool, np.bool_)):
             raise ParameterError(f"{what}: {name} is True or False, got {value!r}")
-
-
-def _check_link(what: str, link: object, lowest: int) -> None:
-    if isinstance(link, bool) or not isinstance(link, (int, np.integer)) or link < lowest:
-        raise ParameterError(f"{what} is an integer from {lowest}, got {link!r}")
 
 
 def _unit(what: str, value: Sequence[float]) -> tuple[float, float, float]:

@@ -99,7 +99,10 @@ POINT = em.PathPoint([0, 0, 0])
             lambda: em.MovingPathPoint(0.0, "a", 0.0, coordinate=0),
             "y is a Curve or a finite number in m, got 'a'",
         ),
-        (lambda: em.MovingPathPoint(0.0, 0.0, 0.0, -3, coordinate=0), "link is an integer from 0"),
+        (
+            lambda: em.MovingPathPoint(0.0, 0.0, 0.0, -3, coordinate=0),
+            "link is the number of a link",
+        ),
         (lambda: em.FunctionPath([]), "at least one term"),
         (lambda: em.FunctionPath([0.3]), "a finite number and a mapping of coordinates, got 0.3"),
         (lambda: em.FunctionPath([(1.0, {0: -1})]), "an exponent from 0 or a Curve, got -1"),

@@ -18,9 +18,9 @@ def test_bad_position(position):
         em.PathPoint(position)
 
 
-@pytest.mark.parametrize("link", [-2, 0.5, 1.0, np.nan, np.inf, None, "0", [0]])
+@pytest.mark.parametrize("link", [-2, 0.5, 1.0, np.nan, np.inf, None, "0", [0], True])
 def test_bad_link(link):
-    with pytest.raises(em.ParameterError, match="link is an integer from 0"):
+    with pytest.raises(em.ParameterError, match="link is the number of a link"):
         em.PathPoint([0.0, 0.0, 0.0], link=link)
 
 

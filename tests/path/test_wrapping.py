@@ -312,7 +312,10 @@ def test_drawn_points_lie_on_the_surface(kind):
         (lambda: em.WrapCylinder(1.0, -1.0), r"length = -1.0 m is outside \[0, 1000\] m"),
         (lambda: em.WrapCylinder(1.0, side="z"), "side = 'z' is not one of x, -x, y, -y"),
         (lambda: em.WrapSphere(1.0, side="up"), "side = 'up' is not one of x, -x, y, -y, z, -z"),
-        (lambda: em.WrapSphere(1.0, link=-2), "link is an integer from 0, got -2"),
+        (
+            lambda: em.WrapSphere(1.0, link=-2),
+            r"link is .* integer from 0 \(-1 is ground\), got -2",
+        ),
         (lambda: em.WrapSphere(1.0, position=[0, 0]), r"position is three finite numbers, got \["),
         (lambda: em.WrapSphere(1.0, rotation=None), "rotation is three finite numbers, got None"),
         (lambda: em.WrapEllipsoid([1.0, 2.0]), r"radii is three finite numbers, got \[1.0, 2.0\]"),

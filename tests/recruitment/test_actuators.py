@@ -155,13 +155,17 @@ TORQUE_ACTUATOR = {"link": 0, "axis": [0, 0, 1], "optimal_force": 1.0}
 @pytest.mark.parametrize(
     ("kind", "wrong", "message"),
     [
-        (em.PointActuator, {"link": -1}, "point actuator 'X': link is an integer from 0, got -1"),
+        (em.PointActuator, {"link": -1}, "point actuator 'X': link is the number of a link"),
         (em.PointActuator, {"point": [0, np.nan, 0]}, "point actuator 'X': point is three finite"),
         (em.PointActuator, {"direction": [0, 0, 0]}, "direction has no length"),
         (em.PointActuator, {"optimal_force": 0}, "point actuator 'X': optimal_force = 0"),
         (em.PointActuator, {"min_control": 1.0}, "point actuator 'X': controls [1.0, inf] must"),
         (em.TorqueActuator, {"axis": [1, 0]}, "torque actuator 'X': axis is three finite numbers"),
-        (em.TorqueActuator, {"against": 1.5}, "torque actuator 'X': against is an integer from -1"),
+        (
+            em.TorqueActuator,
+            {"against": 1.5},
+            "torque actuator 'X': against is the number of a link",
+        ),
         (em.TorqueActuator, {"against": 0}, "torque actuator 'X': link and against are both 0"),
         (em.TorqueActuator, {"torque_is_global": "no"}, "torque_is_global is True or False, got"),
         (em.PointActuator, {"point_is_global": "false"}, "point_is_global is True or False, got"),
