@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from .errors import ParameterError, ResultFileError, StorageError
+from .files import write_arrays
 from .muscle.dynamics import fiber_lengths, tendon_forces
 from .recruitment.actuators import actuator_names
 from .storage import read_storage
@@ -440,7 +441,13 @@ class Trajectory:
         return self.coordinate_names if quantity in OF_COORDINATES else self.muscle_names
 
     def save(self, file: str | Path) -> None:
-        """Write everything to an `.npz` file."""
+        """Write everything to an `.npz` file, whole or not at all.
+
+        Raises
+        ------
+        OSError
+            It cannot be written; names it. An earlier file of this name is as it was.
+        """
         arrays: dict[str, Any] = {}
         rest: dict[str, Any] = {}
         for item in dataclasses.fields(self):
@@ -452,8 +459,7 @@ class Trajectory:
         rest["status"] = self.status.name
         rest["counts"] = dataclasses.asdict(self.counts)
         header = {"format": FORMAT, "version": FORMAT_VERSION, **rest}
-        with open(file, "wb") as stream:
-            np.savez_compressed(stream, header=json.dumps(header), **arrays)
+        write_arrays(file, header=json.dumps(header), **arrays)
 
     @classmethod
     def load(cls, file: str | Path) -> Trajectory:

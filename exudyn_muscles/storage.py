@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from .errors import StorageError
+from .files import write_file
 from .recruitment.actuators import actuator_names
 
 if TYPE_CHECKING:
@@ -176,7 +177,13 @@ class Storage:
         return self.values[:, columns]
 
     def write(self, file: str | Path) -> None:
-        """Write a file that every OpenSim since 2 reads; `read_storage` gives back every bit."""
+        """Write a file that every OpenSim since 2 reads; `read_storage` gives back every bit.
+
+        Raises
+        ------
+        OSError
+            It cannot be written; names it. An earlier file of this name is as it was.
+        """
         lines = [
             self.name,
             "version=1",
@@ -188,7 +195,7 @@ class Storage:
         ]
         table = np.column_stack([self.time, self.values]).tolist()
         lines += ["\t".join(map(repr, row)) for row in table]
-        Path(file).write_text("\n".join([*lines, ""]), encoding="utf-8", newline="\n")
+        write_file(file, "\n".join([*lines, ""]).encode())
 
 
 def read_storage(file: str | Path) -> Storage:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
+from ..files import write_file
 from .files import made_folder, save_figure, write
 from .names import CMC_STEPS, DIFFER, KP, METHODS, STEP
 from .report import (
@@ -129,7 +130,7 @@ def compare(arguments: argparse.Namespace) -> int:
             },
             "versions": dict(results["csf"].versions),
         }
-        arguments.json.write_text(json.dumps(finite(content), indent=2) + "\n")
+        write_file(arguments.json, (json.dumps(finite(content), indent=2) + "\n").encode())
         print(f"wrote {arguments.json}")
     if out is not None:
         print(f"wrote {', '.join(str(out / f'{name}_{method}.npz') for method in METHODS)}")

@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..files import write_figure
+
 if TYPE_CHECKING:
     from ..model import MusculoskeletalModel
     from ..result import Trajectory
@@ -49,6 +51,6 @@ def save_figure(draw: Callable, shown: Sequence[Any], file: Path) -> None:
 
     drawn = draw(*shown)
     figure = drawn if hasattr(drawn, "savefig") else drawn[0].get_figure(root=True)
-    figure.savefig(file, dpi=200)
+    write_figure(figure, file, dpi=200)
     plt.close(figure)
     print(f"wrote {file}")
