@@ -21,7 +21,7 @@ from .report import (
 )
 from .settings import method_function, refuse_foreign_options, velocity_gain
 from .sources import damped, load_law, load_model
-from .terminal import announce, one_line_warnings, progress_bar
+from .terminal import one_line_warnings, progress_bar
 
 if TYPE_CHECKING:
     from ..result import Trajectory
@@ -32,7 +32,6 @@ def run(arguments: argparse.Namespace) -> int:
     method = arguments.method
     refuse_foreign_options(arguments)
     out = arguments.out and made_folder(arguments.out)
-    announce()
     model, motion = load_model(arguments.model, arguments.motion, arguments.cutoff)
     usual_step = STEP / CMC_STEPS if method == "cmc" else STEP
     compute = method_function(
@@ -58,7 +57,6 @@ def cmc(arguments: argparse.Namespace) -> int:
     from ..methods.cmc import computed_muscle_control
     from ..methods.cosimulation import Scheme, cosimulate
 
-    announce()
     setup = opensim.load_setup(
         arguments.model,
         initial_time=arguments.initial_time,
@@ -84,7 +82,6 @@ def compare(arguments: argparse.Namespace) -> int:
     out, step = arguments.out and made_folder(arguments.out), arguments.step
     if arguments.json is not None:
         made_folder(arguments.json.parent)
-    announce()
     model, motion = load_model(arguments.model, arguments.motion, arguments.cutoff)
     name = arguments.model.stem
     best: dict[str, float] = {}

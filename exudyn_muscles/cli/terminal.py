@@ -68,10 +68,3 @@ def progress_bar(arguments: argparse.Namespace, text: str, total: float, unit: s
     return tqdm(
         desc=text, total=total, unit=unit, delay=1, leave=False, disable=hidden, bar_format=BAR
     )
-
-
-def announce() -> None:
-    """Say so if kernels have to be compiled first."""
-    from ..compilation import announce_compilation
-
-    announce_compilation()
