@@ -6,10 +6,11 @@ import argparse
 import json
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..files import write_file
-from .files import made_folder, save_figure, write
+from .files import draw_all, made_folder, result_file, save, save_figure
 from .names import CMC_STEPS, DIFFER, KP, METHODS, STEP
 from .report import (
     comparison_text,
@@ -24,6 +25,8 @@ from .sources import damped, load_law, load_model
 from .terminal import one_line_warnings, progress_bar
 
 if TYPE_CHECKING:
+    from ..model import MusculoskeletalModel
+    from ..motion import Motion
     from ..result import Trajectory
 
 
@@ -42,13 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
         kv=arguments.kv,
         predictor=arguments.predictor or "constant",
     )
-    with progress_bar(arguments, METHODS[method], motion.end - motion.start, "s") as bar:
-        trajectory = compute(model, motion, progress=lambda t: bar.update(t - motion.start - bar.n))
-
-    print(summary(arguments.model.stem, trajectory))
-    if out is not None:
-        write(trajectory, model, out / f"{arguments.model.stem}_{method}", arguments.sto)
-    return exit_status(trajectory)
+    return _result(arguments, arguments.model.stem, compute, model, motion, out)
 
 
 def cmc(arguments: argparse.Namespace) -> int:
@@ -63,17 +60,38 @@ def cmc(arguments: argparse.Namespace) -> int:
         final_time=arguments.final_time,
     )
     out = arguments.out = made_folder(arguments.out or setup.results_directory)
-    model, motion, method = setup.model, setup.motion, arguments.method
     compute: Callable[..., Trajectory]
-    if method == "cmc":
+    if arguments.method == "cmc":
         compute = partial(computed_muscle_control, settings=setup.settings)
     else:
-        compute = partial(cosimulate, settings=setup.cosimulation(Scheme(method)))
-    with progress_bar(arguments, METHODS[method], motion.end - motion.start, "s") as bar:
-        trajectory = compute(model, motion, progress=lambda t: bar.update(t - motion.start - bar.n))
+        compute = partial(cosimulate, settings=setup.cosimulation(Scheme(arguments.method)))
+    return _result(arguments, setup.name, compute, setup.model, setup.motion, out)
 
-    print(summary(setup.name, trajectory))
-    write(trajectory, model, out / f"{setup.name}_{method}", sto=True)
+
+def _result(
+    arguments: argparse.Namespace,
+    name: str,
+    compute: Callable[..., Trajectory],
+    model: MusculoskeletalModel,
+    motion: Motion,
+    out: Path | None,
+) -> int:
+    """Compute a result, save it before anything else can fail, and tell about it."""
+    method, start = arguments.method, motion.start
+    path = out and out / f"{name}_{method}"
+    with progress_bar(arguments, METHODS[method], motion.end - start, "s") as bar:
+        trajectory = compute(model, motion, progress=lambda t: bar.update(t - start - bar.n))
+        if path is not None:
+            save(trajectory, result_file(path))
+    print(summary(name, trajectory))
+    if path is not None:
+        print(f"wrote {result_file(path)}")
+        if arguments.sto:
+            from ..storage import write_results
+
+            for file in write_results(trajectory, path, model.reserves):
+                print(f"wrote {file}")
+        draw_all(trajectory, path)
     return exit_status(trajectory)
 
 
@@ -105,7 +123,7 @@ def compare(arguments: argparse.Namespace) -> int:
                     bar.update()
             best[method] = min(times[1:])
             if out is not None:
-                results[method].save(out / f"{name}_{method}.npz")
+                save(results[method], out / f"{name}_{method}.npz")
 
     rows = {m: figures_of_merit(results[m], best[m]) for m in METHODS}
     differences = {
