@@ -17,6 +17,7 @@ from scipy.interpolate import BPoly, BSpline, make_interp_spline
 from .errors import MotionError, StorageError
 from .storage import read_storage
 
+LARGEST = 1e9  # of times and coordinates: nothing is known more finely than to 1e-7 there
 DEGREE = 5  # quintic: the accelerations are smooth
 
 # OpenSim's CMC pads a motion at both ends and filters it with so many samples to either side.
@@ -42,7 +43,10 @@ class Motion:
     """
 
     def __init__(self, times: np.ndarray, curve: BSpline | BPoly) -> None:
-        self._curves = (curve, curve.derivative(), curve.derivative(2))
+        with np.errstate(all="ignore"):
+            self._curves = (curve, curve.derivative(), curve.derivative(2))
+        if not all(np.isfinite(each.c).all() for each in self._curves):
+            raise MotionError(f"times are too close: the smallest step is {np.diff(times).min()} s")
         self.start, self.end = float(times[0]), float(times[-1])
 
     def __len__(self) -> int:
@@ -130,7 +134,7 @@ class Motion:
                 raise MotionError(f"{name} must be finite, got {pair!r}")
             ends.append((first, last))
         conditions = tuple([(1, ends[0][k]), (2, ends[1][k])] for k in (0, 1))
-        return cls(t, make_interp_spline(t, q, k=DEGREE, bc_type=conditions))
+        return cls(t, _spline(t, q, conditions))
 
     @classmethod
     def from_samples(
@@ -164,10 +168,10 @@ class Motion:
         """
         t, q = _checked(times, coordinates, DEGREE + 1)
         if cutoff is None:
-            return cls(t, make_interp_spline(t, q, k=DEGREE))
+            return cls(t, _spline(t, q))
         span = t[[0, -1]]
         t, q = _low_passed(*_equally_spaced(t, q), cutoff, low_pass)
-        return cls(span, make_interp_spline(t, q, k=DEGREE))
+        return cls(span, _spline(t, q))
 
     @classmethod
     def from_file(
@@ -241,6 +245,14 @@ class Motion:
         return cls(t, BPoly.from_derivatives(t, np.stack([q, v, a], axis=1)))
 
 
+def _spline(t: np.ndarray, q: np.ndarray, conditions: tuple | None = None) -> BSpline:
+    try:
+        with np.errstate(all="ignore"):
+            return make_interp_spline(t, q, k=DEGREE, bc_type=conditions)
+    except (ValueError, np.linalg.LinAlgError) as error:
+        raise MotionError(f"there is no quintic spline through these points: {error}") from None
+
+
 def _equally_spaced(t: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The same span with equal steps; those of files are rounded."""
     steps = np.diff(t)
@@ -253,7 +265,7 @@ def _equally_spaced(t: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarra
     if spread <= 1e-6 * mean:
         return t, q
     even = np.linspace(t[0], t[-1], t.size)
-    return even, make_interp_spline(t, q, k=DEGREE)(even)
+    return even, _spline(t, q)(even)
 
 
 def _low_passed(
@@ -309,6 +321,9 @@ def _checked(
     if not np.isfinite(t).all() or not np.isfinite(q).all():
         row = int(np.argmin(np.isfinite(t) & np.isfinite(q).all(axis=1)))
         raise MotionError(f"times and {name} must be finite; row {row}: t = {t[row]}, {q[row]}")
+    for what, array, unit in (("times", t, "s"), (name, q, "in rad, m and s")):
+        if (largest := np.abs(array).max()) > LARGEST:
+            raise MotionError(f"{what} go up to {largest:g}, allowed is {LARGEST:g} {unit}")
     wrong = np.flatnonzero(np.diff(t) <= 0.0)
     if wrong.size:
         k = int(wrong[0])

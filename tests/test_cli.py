@@ -417,7 +417,7 @@ def test_damping_of_a_law():
     ("options", "words"),
     [
         (["--law", "Hill1938"], ["--law Hill1938", "Thelen2003", "FILE.py:NAME"]),
-        (["--law", "none.py:law"], ["none.py", "no such law file"]),
+        (["--law", "none.py:law"], ["none.py", "No such file"]),
         (["--law", "{file}:other"], ["my_law.py", "other has to be a MuscleLaw", "None"]),
         (["--law", "{file}:number"], ["my_law.py", "number has to be a MuscleLaw", "3"]),
         (["--law", "Thelen2003", "--fiber-damping", "0.1"], ["Thelen2003 has no damper"]),

@@ -88,7 +88,7 @@ def test_a_truncated_file_is_refused(csf, tmp_path):
     content = file.read_bytes()
     for size in (0, 10, len(content) // 2, len(content) - 10):
         file.write_bytes(content[:size])
-        with pytest.raises(em.ResultFileError, match=r"cut\.npz: not a readable trajectory"):
+        with pytest.raises(em.ResultFileError, match=r"cut\.npz: not a readable"):
             em.Trajectory.load(file)
 
 
@@ -153,7 +153,7 @@ def test_a_missing_file_and_a_foreign_one(tmp_path):
     with pytest.raises(FileNotFoundError):
         em.Trajectory.load(tmp_path / "none.npz")
     np.savez(tmp_path / "foreign.npz", x=np.zeros(3))
-    with pytest.raises(em.ResultFileError, match="not a readable trajectory"):
+    with pytest.raises(em.ResultFileError, match="not a readable"):
         em.Trajectory.load(tmp_path / "foreign.npz")
     (tmp_path / "text.npz").write_text("time,q\n0,1\n")
     with pytest.raises(em.ResultFileError):

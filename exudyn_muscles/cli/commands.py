@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..files import write_file
 from .files import draw_all, made_folder, result_file, save, save_figure
@@ -165,18 +165,23 @@ def check(arguments: argparse.Namespace) -> int:
     result = Trajectory.load(arguments.result)
     reference = Trajectory.load(arguments.reference)
     difference = result.compare(reference, dict(arguments.tolerance))
-    if difference is None:
-        print(f"{arguments.result} agrees with {arguments.reference}")
-        return 0
-    print(f"{arguments.result} differs from {arguments.reference}: {difference}")
+    verdict = "agrees with" if difference is None else "differs from"
+    why = "" if difference is None else f": {difference}"
+    print(f"{arguments.result} {verdict} {arguments.reference}{why}")
+    _tell_others("settings", result.settings, reference.settings)
+    if difference is not None:
+        _tell_others("versions", result.versions, reference.versions)
+    return 0 if difference is None else DIFFER
+
+
+def _tell_others(what: str, found: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
     other = [
-        f"{package} {result.versions.get(package)} instead of {made_with}"
-        for package, made_with in reference.versions.items()
-        if result.versions.get(package) != made_with
+        f"{name} {found.get(name)} instead of {value}"
+        for name, value in wanted.items()
+        if found.get(name) != value
     ]
     if other:
-        print(f"other versions than the reference's: {', '.join(other)}")
-    return DIFFER
+        print(f"other {what} than the reference's: {', '.join(other)}")
 
 
 def curves(arguments: argparse.Namespace) -> int:

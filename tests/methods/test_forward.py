@@ -144,6 +144,7 @@ def test_excitations_below_the_minimum_activation_count_as_the_minimum():
         ([0.0, 0.1], [[0.5, np.nan]], "finite"),
         ([0.1, 0.1], [[0.5, 0.5]], "increase"),
         ([0.0, 0.1, 0.2], [[0.5, 0.5]], "do not fit"),
+        ([0.0, 0.1], [[0.5, 0.5], [0.4, 0.4]], "2 times for as many rows .* append the end of the"),
     ],
 )
 def test_bad_excitations_are_named(time, values, message):
