@@ -14,8 +14,6 @@ from exudyn_muscles import cli
 from exudyn_muscles.cli import names, report, sources
 from exudyn_muscles.result import POINTS, WINDOWS
 
-from .opensim import REFERENCE, needs_opensim_files
-
 PENDULUM = Path(__file__).parents[1] / "models" / "pendulum.py"
 
 # A pendulum whose run ends at 0.3 s by what a user function of its mbs does.
@@ -107,21 +105,6 @@ def test_run_writes_the_files_of_opensim(tmp_path, capsys):
     assert all(f"wrote {file}\n" in printed for file in files)
     q = em.read_storage(tmp_path / "pendulum_csf_Kinematics_q.sto").coordinates(["theta"], ["rad"])
     np.testing.assert_allclose(q, stored.coordinates, rtol=1e-15)
-
-
-@needs_opensim_files
-def test_run_takes_a_model_and_a_motion_of_opensim(tmp_path, capsys):
-    folder = REFERENCE.parent / "cmc" / "arm26"
-    motion = ["--motion", str(folder / "arm26_InverseKinematics.mot"), "--cutoff", "6"]
-    arguments = ["run", str(folder / "arm26.osim"), "--method", "csf", "--out", str(tmp_path)]
-    assert cli.main([*arguments, *motion]) == 0
-    assert "RMS tracking error: r_shoulder_elev " in capsys.readouterr().out
-    stored = em.Trajectory.load(tmp_path / "arm26_csf.npz")
-    assert stored.coordinate_names == ("r_shoulder_elev", "r_elbow_flex")
-    assert cli.main(arguments) == 2
-    assert "a model file of OpenSim needs --motion FILE.mot" in capsys.readouterr().err
-    assert cli.main(["run", str(PENDULUM), "--method", "csf", *motion]) == 2
-    assert "--motion and --cutoff belong to an .osim file" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,8 @@ from exudyn_muscles.motion import check_motion
 from models import pendulum
 
 from .differences import difference
-from .opensim import REFERENCE, needs_opensim_files
+from .make_opensim import noisy
+from .own_models import FOLDER
 
 TIMES = np.linspace(0.0, 1.0, 11)
 ROWS = np.arange(11)
@@ -243,29 +244,14 @@ def test_files_that_cannot_be_a_motion(file, tmp_path):
         em.Motion.from_file(tmp_path / "none.sto", ["tx"], ["m"])
 
 
-@needs_opensim_files
 def test_filter_of_opensim():
-    """Values and second derivatives that OpenSim 4.6 makes of a file of SIMM: pad(60),
+    """Values and second derivatives that OpenSim 4.6 makes of noisy samples: pad(60),
     lowpassFIR(50, 6), GCVSplineSet(5)."""
-    motion = em.Motion.from_file(
-        REFERENCE.parent / "cmc" / "arm26" / "arm26_InverseKinematics.mot",
-        ["r_shoulder_elev", "r_elbow_flex"],
-        ["rad", "rad"],
-        cutoff=6.0,
-        low_pass=em.LowPass.OPENSIM,
-    )
-    q, _, a = map(np.degrees, motion([0.0, 0.25, 1.0]))
-    np.testing.assert_allclose(
-        q,
-        [[-3.65711720e-01, 8.99320910e-01], [-3.54016382e-02, 1.32467031e01],
-         [-2.35666000e-02, 9.01076213e01]],
-        atol=1e-7,
-    )  # fmt: skip
-    np.testing.assert_allclose(a[1], [-1.63354853, 331.440783], atol=1e-4)
-    np.testing.assert_allclose(a[[0, 2]], 0.0, atol=1e-4)
-
-
-# -- arrays ---------------------------------------------------------------------------------------
+    motion = em.Motion.from_samples(*noisy(), cutoff=6.0, low_pass=em.LowPass.OPENSIM)
+    with np.load(FOLDER / "filtered.npz") as stored:
+        q, _, a = motion(stored["at"])
+        np.testing.assert_allclose(q, stored["q"], rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(a, stored["a"], rtol=0.0, atol=1e-6)
 
 
 def test_arrays_are_interpolated():
