@@ -167,10 +167,10 @@ def test_what_is_no_regular_file_is_written_to(tmp_path):
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     found = []
-    reader = threading.Thread(target=lambda: found.append(pipe.read_bytes()))
+    reader = threading.Thread(target=lambda: found.append(pipe.read_bytes()), daemon=True)
     reader.start()
     write_file(pipe, b"through")
-    reader.join()
+    reader.join(timeout=10.0)
     assert found == [b"through"]
     assert stat.S_ISFIFO(pipe.stat().st_mode)
 
