@@ -18,7 +18,7 @@ import numpy as np
 from .errors import ParameterError, ResultFileError, StorageError
 from .muscle.dynamics import fiber_lengths, tendon_forces
 from .recruitment.actuators import actuator_names
-from .result_file import other_kind, read_fields, write_fields
+from .result_file import other_kinds, read_fields, write_fields
 from .storage import read_storage
 
 if TYPE_CHECKING:
@@ -380,7 +380,7 @@ class Trajectory:
         ):  # fmt: skip
             if getattr(self, name) != getattr(reference, name):
                 return Difference(name, None, None, None)
-        if other_kind(self.settings, reference.settings):
+        if other_kinds(self.settings, reference.settings):
             return Difference("kinds of settings", None, None, None)
         for name in ("time", "window_time"):
             mine, other = getattr(self, name), getattr(reference, name)

@@ -100,16 +100,14 @@ KINDS: dict[str, Callable[[Any], bool]] = {
 }
 
 
-def other_kind(value: Any, reference: Any) -> bool:
-    """Whether two settings are of different kinds: numbers, texts, lists or mappings of them, where
-    None stands for any usual value."""
-    if value is None or reference is None:
-        return False
-    kinds = [float if type(each) is int else type(each) for each in (value, reference)]
-    if kinds[0] is not kinds[1]:
-        return True
-    if isinstance(reference, Mapping):
-        return any(
-            name not in value or other_kind(value[name], item) for name, item in reference.items()
-        )
-    return False
+def other_kinds(settings: Mapping[str, Any], reference: Mapping[str, Any]) -> bool:
+    """Whether settings are those of something else: no name is common, or a common one has a number
+    here and a truth value, text, list or mapping there. None stands for what is usual.
+
+    Single names may have changed between versions.
+    """
+    common = set(settings) & set(reference)
+    pairs = [(settings[name], reference[name]) for name in common]
+    kinds = [tuple(float if type(x) is int else type(x) for x in pair) for pair in pairs]
+    differ = any(a is not b and type(None) not in (a, b) for a, b in kinds)
+    return differ or not (common or settings == reference)

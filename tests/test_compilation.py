@@ -225,6 +225,13 @@ def test_a_version_that_another_process_replaced_is_not_taken_for_ones_own(tmp_p
     mine.save("float", "code for floats")
     with monkeypatch.context() as before:
         before.setattr(other, "_index", dict)
+        write = other._write
+
+        def write_code(which, content):
+            write(which, content)
+            assert mine.load("float") is None
+
+        before.setattr(other, "_write", write_code)
         other.save("int", "code for integers")
     assert (mine.load("float"), mine.load("int")) == (None, "code for integers")
     mine.save("float", "code for floats")

@@ -171,10 +171,11 @@ def test_encodings_that_are_not_known(refused, encoding):
     assert text.startswith((": its encoding cannot be read: ", ": not well-formed XML: "))
 
 
-@pytest.mark.parametrize("tag", ["unknown", "max_isometric_force"])
-def test_a_muscle_with_very_many_children(refused, tag):
-    text = refused(inside_muscle(f"\n<{tag}>1</{tag}>" * 200_000))
-    assert text.endswith(f"'muscle' / {tag}: given before, in line 18")
+def test_a_muscle_with_very_many_children(refused):
+    text = refused(inside_muscle("".join(f"\n<x{k}>1</x{k}>" for k in range(100_000))))
+    assert text.endswith("'muscle' / x0: this is not known, and might change what the muscle does")
+    text = refused(inside_muscle("\n<max_isometric_force>1</max_isometric_force>" * 100_000))
+    assert text.endswith("'muscle' / max_isometric_force: given before, in line 18")
 
 
 WELD = (
@@ -268,14 +269,14 @@ def work(file):
     ids=["welds", "pins", "couplers", "frames", "wraps", "muscles", "points"],
 )
 def test_the_work_grows_with_the_size(large, tmp_path):
-    files = [tmp_path / f"{n}.osim" for n in (0, 80, 160)]
+    files = [tmp_path / f"{n}.osim" for n in (0, 150, 300)]
     for file in files:
         file.write_text(model(**large(int(file.stem))))
     nothing, some, twice = map(work, files)
-    assert twice - nothing < 2.2 * (some - nothing)
+    assert twice - nothing < 2.05 * (some - nothing)
 
 
-KNOTS = "<x>-2 -1 0 1 2</x><y>0.1 0.2 0.1 0.3 0.2</y>"
+KNOTS = "<x>-2 -1 0 0.0002 0.0004 1 2</x><y>0.05 0.06 0.07 0.0701 0.0702 0.08 0.06</y>"
 MOVING = (
     '<MovingPathPoint name="slider"><socket_parent_frame>/bodyset/body</socket_parent_frame>'
     "<socket_x_coordinate>/jointset/joint/angle</socket_x_coordinate>"
@@ -291,9 +292,9 @@ def with_spline(knots):
 
 
 @pytest.mark.parametrize(
-    "value", ["1e10", "-1e10", "1e5", "1e30", "1e300", "1e308", "nan", "9" * 4301]
+    "value", ["100", "1e10", "-1e10", "1e20", "1e30", "1e300", "1e308", "nan", "9" * 4301]
 )
-@pytest.mark.parametrize("place", range(10))
+@pytest.mark.parametrize("place", range(14))
 @pytest.mark.filterwarnings("error")
 def test_one_number_of_a_spline_replaced(value, place, tmp_path):
     """It loads, or the place is told."""
@@ -533,7 +534,7 @@ def test_archives_that_numpy_does_not_write(tmp_path, refused_result):
         (lambda header: header["settings"].update(kp=[534.0]), "kinds of settings differ"),
         (lambda header: header["settings"].update(kp=True), "kinds of settings differ"),
         (lambda header: header["settings"].update(normalizer={}), "kinds of settings differ"),
-        (lambda header: header["settings"].pop("kp"), "kinds of settings differ"),
+        (lambda header: header.update(settings={"speed": 3.0}), "kinds of settings differ"),
         (lambda header: header.update(counts={"steps": "9"}), "damaged header, counts = "),
     ],
 )  # fmt: skip

@@ -58,6 +58,22 @@ def test_simm_spline():
 
 
 @pytest.mark.parametrize(
+    ("x", "y"),
+    [
+        ([0, 1, 2, 3], [0, 1e308, -1e308, 1]),
+        ([0, 5e-324, 1, 2], [0, 1, 2, 3]),
+        ([0, 1e-160, 2e-160], [0, 1, 5]),
+        ([-1e308, 0, 1e308], [0, 1, 0]),
+        ([0, 1e-100], [0, 1e-100]),
+    ],
+)
+@pytest.mark.filterwarnings("error")
+def test_points_whose_polynomials_are_not_finite(x, y):
+    with pytest.raises(em.ParameterError, match="spline"):
+        em.simm_spline(x, y)
+
+
+@pytest.mark.parametrize(
     ("x", "y"), [([0], [1]), ([0, 0], [1, 2]), ([0, 1], [1]), ([1, 0], [0, 1])]
 )
 def test_bad_spline(x, y):
