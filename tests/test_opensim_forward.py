@@ -67,7 +67,7 @@ def differences(name, step):
     time, q, _, a, fiber = reference(name)
     result = run(name, step)[1]
     rows = np.rint(time / step).astype(int)
-    np.testing.assert_allclose(result.time[rows], time, atol=1e-12)
+    np.testing.assert_allclose(result.time[rows], time, rtol=0, atol=1e-12)
     q = q[:, order_of(name)]
     pairs = ((result.coordinates, q), (result.activations, a), (result.fiber_lengths, fiber))
     return [mine[rows] - theirs for mine, theirs in pairs]

@@ -70,12 +70,12 @@ def test_bodies_are_opensims(name, as_opensim_reads):
     for k in range(len(table["q"])):
         q, v = table["q"][k], table["u"][k]
         M, h = loaded.dynamics(q, v)
-        np.testing.assert_allclose(M, table["M"][k], atol=1e-13)
-        np.testing.assert_allclose(h, bias_of(table)[k], atol=1e-10)
+        np.testing.assert_allclose(M, table["M"][k], rtol=0, atol=1e-13)
+        np.testing.assert_allclose(h, bias_of(table)[k], rtol=0, atol=1e-10)
         for j, body in enumerate(labels["bodies"]):
             R, p = loaded.pose(q, body)
-            np.testing.assert_allclose(R.ravel(), table["body_R"][k, j], atol=1e-14)
-            np.testing.assert_allclose(p, table["body_pos"][k, j], atol=1e-14)
+            np.testing.assert_allclose(R.ravel(), table["body_R"][k, j], rtol=0, atol=1e-14)
+            np.testing.assert_allclose(p, table["body_pos"][k, j], rtol=0, atol=1e-14)
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -87,7 +87,9 @@ def test_paths_that_touch_nothing_are_opensims(name, as_opensim_reads):
         straight = table["npts"][k] == points
         found = model.geometry(table["q"][k], table["u"][k])
         for values, theirs in zip(found[:3], ("L", "V", "R"), strict=True):
-            np.testing.assert_allclose(values[straight], table[theirs][k][straight], atol=1e-13)
+            np.testing.assert_allclose(
+                values[straight], table[theirs][k][straight], rtol=0, atol=1e-13
+            )
 
 
 @pytest.mark.parametrize(
@@ -129,7 +131,7 @@ def test_accelerations_with_muscles_are_opensims(name, as_opensim_reads):
         torque = model.torque(geometry, table["act"][k], l_t, np.empty(0))
         theirs = table["udot_muscle"][k]
         found = np.linalg.solve(M, torque - h)
-        np.testing.assert_allclose(found, theirs, atol=1e-8 * np.abs(theirs).max())
+        np.testing.assert_allclose(found, theirs, rtol=0, atol=1e-8 * np.abs(theirs).max())
 
 
 # -- A knee that slides while it turns, and a patella coupled to it ------------------------------
@@ -376,12 +378,12 @@ def test_joints_move_as_their_formulas_say(kind, write):
     behind = frame([-0.3, 0.2, 0.7], [-0.2, 0.1, 0.05])
     expected = before @ formula(**given) @ np.linalg.inv(behind)
     R, p = loaded.pose(q, "body")
-    np.testing.assert_allclose(R, expected[:3, :3], atol=1e-14)
-    np.testing.assert_allclose(p, expected[:3, 3], atol=1e-14)
+    np.testing.assert_allclose(R, expected[:3, :3], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(p, expected[:3, 3], rtol=0, atol=1e-14)
 
     found = loaded.dynamics(q, np.zeros(len(q)))
     for mine, theirs in zip(found, mass_and_weight(loaded, q, "body"), strict=True):
-        np.testing.assert_allclose(mine, theirs, atol=1e-9)
+        np.testing.assert_allclose(mine, theirs, rtol=0, atol=1e-9)
 
 
 def test_a_locked_coordinate_is_welded_at_its_default_value(write):
@@ -395,7 +397,7 @@ def test_a_locked_coordinate_is_welded_at_its_default_value(write):
     before = frame([0.4, -0.5, 0.6], [0.1, 0.2, 0.3])
     behind = frame([-0.3, 0.2, 0.7], [-0.2, 0.1, 0.05])
     expected = before @ about(X, 0.3) @ about(Y, 0.7) @ np.linalg.inv(behind)
-    np.testing.assert_allclose(loaded.pose([0.7], "body")[1], expected[:3, 3], atol=1e-14)
+    np.testing.assert_allclose(loaded.pose([0.7], "body")[1], expected[:3, 3], rtol=0, atol=1e-14)
     first, second = em.opensim.read_coordinates(file)
     assert first.locked and first.default_value == 0.3 and not second.locked
 
@@ -411,8 +413,8 @@ def test_a_locked_coordinate_holds_all_axes_that_it_moves(write):
     moved = KINDS["CustomJoint that slides"][2](0.3, 0.7)
     expected = before @ moved @ np.linalg.inv(behind)
     R, p = loaded.pose([0.7], "body")
-    np.testing.assert_allclose(R, expected[:3, :3], atol=1e-14)
-    np.testing.assert_allclose(p, expected[:3, 3], atol=1e-14)
+    np.testing.assert_allclose(R, expected[:3, :3], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(p, expected[:3, 3], rtol=0, atol=1e-14)
 
 
 def test_a_coordinate_that_turns_and_slides_is_an_angle(write):
@@ -438,7 +440,7 @@ def test_a_coupled_coordinate_follows(write):
     np.testing.assert_allclose(whole, [0.7, followed[1]], rtol=0, atol=1e-14)
     found = loaded.dynamics([0.7], [0.0])
     for mine, theirs in zip(found, mass_and_weight(loaded, [0.7], "body"), strict=True):
-        np.testing.assert_allclose(mine, theirs, atol=1e-9)
+        np.testing.assert_allclose(mine, theirs, rtol=0, atol=1e-9)
 
 
 def test_what_is_coupled_to_a_locked_coordinate_rests(write):
@@ -469,7 +471,9 @@ def test_points_that_depend_on_a_locked_coordinate_stay(active, write):
     assert len(found.path) == 2 + active
     place = Bodies(read_document(write(joints=joints))).places["/bodyset/body"]
     last = [float(spline(0.3)), np.polyval([0.2, -0.3, 0.5, 0.1], 0.3), 0.7]
-    np.testing.assert_allclose(found.path[-1].position, place.at(np.array(last)), atol=1e-14)
+    np.testing.assert_allclose(
+        found.path[-1].position, place.at(np.array(last)), rtol=0, atol=1e-14
+    )
 
 
 def test_coordinates_keep_what_the_file_says(write):
@@ -500,12 +504,12 @@ def test_welded_bodies_join_a_link_and_frames_are_found(write):
     loaded = Loaded(write(bodies=bodies, joints=weld + PIN))
     R, p = loaded.pose([0.4], "body")
     R_2, p_2 = loaded.pose([0.4], "second")
-    np.testing.assert_allclose(p_2, p + R[:, 2], atol=1e-15)
-    np.testing.assert_allclose(R_2, R @ about(X, np.pi / 2)[:3, :3], atol=1e-15)
+    np.testing.assert_allclose(p_2, p + R[:, 2], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(R_2, R @ about(X, np.pi / 2)[:3, :3], rtol=0, atol=1e-15)
     first, second = (mass_and_weight(loaded, [0.4], body) for body in ("body", "second"))
     M, h = loaded.dynamics([0.4], [0.0])
-    np.testing.assert_allclose(M, first[0] + second[0], atol=1e-9)
-    np.testing.assert_allclose(h, first[1] + second[1], atol=1e-9)
+    np.testing.assert_allclose(M, first[0] + second[0], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(h, first[1] + second[1], rtol=0, atol=1e-9)
 
 
 # -- Muscles --------------------------------------------------------------------------------------
@@ -707,7 +711,7 @@ def test_surfaces(kind, size, expected, write):
     model = em.opensim.load_model(write(ground=ground, forces=muscle(wraps=wraps)))
     (wrap,) = next(iter(model.muscles)).wraps
     assert (wrap.first, wrap.last) == (0, -1)
-    np.testing.assert_allclose(wrap.row(2), em.PathWrap(expected).row(2), atol=1e-15)
+    np.testing.assert_allclose(wrap.row(2), em.PathWrap(expected).row(2), rtol=0, atol=1e-15)
     torus = ground.replace(kind, "WrapTorus")
     with pytest.raises(em.ModelFileError, match="Ground 'ground' / WrapObjectSet / WrapTorus 'w'"):
         em.opensim.load_model(write(ground=torus, forces=muscle(wraps=wraps)))

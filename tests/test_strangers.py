@@ -8,6 +8,7 @@ import shutil
 import signal
 import struct
 import sys
+import tracemalloc
 import zipfile
 from pathlib import Path
 
@@ -480,7 +481,12 @@ def test_a_member_that_is_larger_than_it_says(tmp_path, refused_result):
     directory = content.rindex(b"PK\x01\x02")
     struct.pack_into("<I", content, directory + 24, 1000)
     file.write_bytes(content)
-    assert "not a readable .npz file" in refused_result()
+    tracemalloc.start()
+    try:
+        assert "not a readable .npz file" in refused_result()
+        assert tracemalloc.get_traced_memory()[1] < 10e6
+    finally:
+        tracemalloc.stop()
 
 
 def npy(shape, dtype, data=b""):
