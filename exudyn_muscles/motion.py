@@ -43,10 +43,7 @@ class Motion:
     """
 
     def __init__(self, times: np.ndarray, curve: BSpline | BPoly) -> None:
-        with np.errstate(all="ignore"):
-            self._curves = (curve, curve.derivative(), curve.derivative(2))
-        if not all(np.isfinite(each.c).all() for each in self._curves):
-            raise MotionError(f"times are too close: the smallest step is {np.diff(times).min()} s")
+        self._curves = (curve, curve.derivative(), curve.derivative(2))
         self.start, self.end = float(times[0]), float(times[-1])
 
     def __len__(self) -> int:
@@ -242,15 +239,28 @@ class Motion:
                 f"coordinates {q.shape}, speeds {v.shape} and accelerations {a.shape} must have "
                 "the same shape"
             )
-        return cls(t, BPoly.from_derivatives(t, np.stack([q, v, a], axis=1)))
+        with np.errstate(all="ignore"):
+            curve = BPoly.from_derivatives(t, np.stack([q, v, a], axis=1))
+        _check_finite(t, curve)
+        return cls(t, curve)
 
 
 def _spline(t: np.ndarray, q: np.ndarray, conditions: tuple | None = None) -> BSpline:
+    """The quintic spline through points."""
     try:
         with np.errstate(all="ignore"):
-            return make_interp_spline(t, q, k=DEGREE, bc_type=conditions)
+            curve = make_interp_spline(t, q, k=DEGREE, bc_type=conditions)
     except (ValueError, np.linalg.LinAlgError) as error:
         raise MotionError(f"there is no quintic spline through these points: {error}") from None
+    _check_finite(t, curve)
+    return curve
+
+
+def _check_finite(t: np.ndarray, curve: BSpline | BPoly) -> None:
+    with np.errstate(all="ignore"):
+        finite = np.isfinite(curve.derivative(2).c).all()
+    if not finite:
+        raise MotionError(f"times are too close: the smallest step is {np.diff(t).min()} s")
 
 
 def _equally_spaced(t: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

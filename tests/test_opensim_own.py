@@ -2,6 +2,7 @@
 command line."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,9 @@ import pytest
 import exudyn_muscles as em
 from exudyn_muscles import cli
 
+from .conftest import pytest_terminal_summary
 from .make_opensim import noisy
+from .opensim import ABSENT
 from .opensim_models import load, path_of
 from .own_models import FOLDER, SETUP, cmc_files
 from .test_cli import PENDULUM
@@ -93,6 +96,17 @@ def test_the_command_takes_a_model_and_a_motion_of_opensim(tmp_path, capsys):
     assert "a model file of OpenSim needs --motion FILE.mot" in capsys.readouterr().err
     assert cli.main(["run", str(PENDULUM), "--method", "csf", *motion]) == 2
     assert "--motion and --cutoff belong to an .osim file" in capsys.readouterr().err
+
+
+def test_tests_that_are_left_out_are_counted():
+    lines, skipped = [], [SimpleNamespace(longrepr=("file", 1, f"Skipped: {ABSENT}"))] * 3
+    other = SimpleNamespace(longrepr=("file", 1, "Skipped: no pandas"))
+    for reports in ([*skipped, other], [other]):
+        pytest_terminal_summary(
+            SimpleNamespace(stats={"skipped": reports}, write_line=lines.append)
+        )
+    (line,) = lines
+    assert line.startswith("3 tests were skipped because ") and "is absent" in line
 
 
 @pytest.mark.parametrize("method", ["cmc", "csf", "css"])

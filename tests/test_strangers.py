@@ -282,7 +282,8 @@ MOVING = (
     '<MovingPathPoint name="slider"><socket_parent_frame>/bodyset/body</socket_parent_frame>'
     "<socket_x_coordinate>/jointset/joint/angle</socket_x_coordinate>"
     "<x_location><SimmSpline>{}</SimmSpline></x_location>"
-    "<y_location><Constant><value>0</value></Constant></y_location>"
+    "<socket_y_coordinate>/jointset/joint/angle</socket_y_coordinate><y_location><SimmSpline>"
+    "<x>-2 -1.5 -1.1 0.0003 0.7 2</x><y>0 0.01 0.03 0.02 0.01 0</y></SimmSpline></y_location>"
     "<z_location><Constant><value>0</value></Constant></z_location></MovingPathPoint>"
 )
 
