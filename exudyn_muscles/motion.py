@@ -17,11 +17,12 @@ from scipy.interpolate import BPoly, BSpline, make_interp_spline
 from .errors import MotionError, StorageError
 from .storage import read_storage
 
-LARGEST = 1e9  # of times and coordinates: nothing is known more finely than to 1e-7 there
 DEGREE = 5  # quintic: the accelerations are smooth
 
 # OpenSim's CMC pads a motion at both ends and filters it with so many samples to either side.
 OPENSIM_PADDING, OPENSIM_ORDER = 60, 50
+
+LARGEST = 1e9  # of times and coordinates: nothing is known more finely than to 1e-7 there
 
 
 class LowPass(Enum):

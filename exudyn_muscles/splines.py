@@ -26,7 +26,7 @@ def simm_spline(x: Sequence[float], y: Sequence[float]) -> Curve:
     Raises
     ------
     ParameterError
-        These are not such points, or too far apart for the curve to be finite; names it.
+        These are not such points, or the curve through them is not finite.
 
     References
     ----------
@@ -43,17 +43,15 @@ def simm_spline(x: Sequence[float], y: Sequence[float]) -> Curve:
         raise ParameterError(f"a spline needs two points or more with increasing x, got {x}, {y}")
     if n > MOST_POINTS:
         raise ParameterError(f"a spline has at most {MOST_POINTS} points, got {n}")
-    with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"):  # Curve refuses what is not finite
         slope, second, third = _derivatives(knots, values, h)
-    if not np.isfinite([slope, second[:-1], third]).all():
-        raise ParameterError(f"a spline's points are too far apart or too close, got {x}, {y}")
 
-    def spline(places: np.ndarray) -> np.ndarray:
-        i = np.clip(np.searchsorted(knots, places, side="right") - 1, 0, n - 2)
-        t = places - knots[i]
-        return values[i] + t * (slope[i] + t * (0.5 * second[i] + t * third[i] / 6.0))
+        def spline(places: np.ndarray) -> np.ndarray:
+            i = np.clip(np.searchsorted(knots, places, side="right") - 1, 0, n - 2)
+            t = places - knots[i]
+            return values[i] + t * (slope[i] + t * (0.5 * second[i] + t * third[i] / 6.0))
 
-    return Curve(spline, list(knots), name="the spline")
+        return Curve(spline, list(knots), name="the spline")
 
 
 def _derivatives(
