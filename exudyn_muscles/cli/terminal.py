@@ -140,8 +140,9 @@ def _flush(stream: TextIO | None) -> None:
 
 def _silence(descriptor: int) -> None:
     """What is written there goes nowhere from now on."""
-    with open(os.devnull, "wb") as nowhere:
-        os.dup2(nowhere.fileno(), descriptor)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, descriptor)
+    os.close(nowhere)
 
 
 def progress_bar(arguments: argparse.Namespace, text: str, total: float, unit: str) -> tqdm:
