@@ -1,54 +1,61 @@
-"""A word to the user when numba is about to compile the kernels for the first time."""
+"""A word to the user while numba compiles the kernels, which takes long the first time."""
 
 from __future__ import annotations
 
 import logging
-import os
-from functools import cache
-from typing import Any
+from time import process_time
 
-from .muscle.window import integrate_all
-from .path.geometry import path_geometry
-from .recruitment.excitation import excitations
+from numba.core import event
+from numba.core.event import Event
 
 logger = logging.getLogger("exudyn_muscles")
 
-# Every method that recruits needs these; most of the time goes into the last one.
-COMMON = (path_geometry, integrate_all, excitations)
+PACKAGE = __name__.split(".")[0]
+PATIENCE = 5.0  # s of CPU time between two lines
 
 
-def announce_compilation(*kernels: Any) -> None:
-    """Log one line, once a process, if kernels are not in numba's cache of this machine.
+class _Compilation(event.Listener):
+    """Logs that kernels of the package are compiled, how many so far, and in which CPU time.
 
-    Parameters
-    ----------
-    *kernels : numba dispatchers
-        Those about to be used; the ones common to the recruiting methods if left out.
+    As warnings, because these reach stderr without any configuration of logging.
     """
-    if not all(is_compiled(kernel) for kernel in kernels or COMMON):
-        _tell()
+
+    def __init__(self) -> None:
+        self._kernels = 0
+        self._open = 0  # a kernel is compiled within the one that calls it
+        self._spent = self._said = 0.0
+
+    def on_start(self, event: Event) -> None:
+        if not _is_ours(event):
+            return
+        if self._open == 0:
+            self._begun = process_time()
+            if self._kernels == 0:
+                kept = event.data["dispatcher"].stats.cache_path is not None
+                logger.warning(
+                    "compiling the muscle kernels%s", ", once for this machine" if kept else ""
+                )
+        self._open += 1
+
+    def on_end(self, event: Event) -> None:
+        if not _is_ours(event):
+            return
+        self._open -= 1
+        self._kernels += 1
+        now = process_time()
+        self._spent += now - self._begun
+        self._begun = now
+        if self._spent - self._said > PATIENCE:
+            self._said = self._spent
+            logger.warning(
+                "compiled %d kernels in %.0f s of CPU time so far", self._kernels, self._spent
+            )
 
 
-def is_compiled(kernel: Any) -> bool:
-    """Whether a kernel was used in this process or is in numba's cache, for this very machine.
-
-    True too where nothing can be known: numba was switched off, or keeps its cache otherwise.
-    """
-    try:
-        if kernel.signatures:
-            return True
-        # An index of another numba version or of an older source file loads as an empty one.
-        file = kernel._cache._cache_file
-        machine = kernel.targetctx.codegen().magic_tuple()
-        return any(
-            key[1] == machine and os.path.exists(file._data_path(name))
-            for key, name in file._load_index().items()
-        )
-    except Exception:
-        return True
+def _is_ours(event: Event) -> bool:
+    return event.data["dispatcher"].py_func.__module__.split(".")[0] == PACKAGE
 
 
-@cache
-def _tell() -> None:
-    # A warning, because these reach stderr without any configuration of logging.
-    logger.warning("compiling the muscle kernels for this machine, some 20 s, once")
+def tell_of_compilation() -> None:
+    """Log compilations from now on."""
+    event.register("numba:compile", _Compilation())

@@ -55,7 +55,8 @@ class Curve:
     Raises
     ------
     ParameterError
-        The function is not finite or too rough somewhere; names the curve and the place.
+        The function is not finite, too rough, or too steep or large for its polynomials to be
+        finite; names the curve and the place.
     """
 
     def __init__(
@@ -71,10 +72,13 @@ class Curve:
         starts, coefficients = _pieces(function, edges, name)
         ends = np.append(starts[1:], edges[-1])
         first, last = starts[0], ends[-1]
-        width = last - starts[-1]
-        powers = width ** np.arange(6)
-        value = coefficients[-1] @ powers
-        slope = coefficients[-1, 1:] @ (np.arange(1, 6) * powers[:-1])
+        with np.errstate(all="ignore"):
+            powers = (last - starts[-1]) ** np.arange(6)
+            value = coefficients[-1] @ powers
+            slope = coefficients[-1, 1:] @ (np.arange(1, 6) * powers[:-1])
+            bins_per_unit = BINS * (len(starts) + 2) / (last - first)
+        if not np.isfinite([*coefficients.ravel(), value, slope, bins_per_unit]).all():
+            raise ParameterError(f"{name} is too steep or too large between {first:g} and {last:g}")
         before = [coefficients[0, 0], coefficients[0, 1] if slopes[0] is None else slopes[0]]
         behind = [value, slope if slopes[1] is None else slopes[1]]
         self.pieces = np.zeros((len(starts) + 2, COLUMNS))
@@ -110,10 +114,23 @@ class Curve:
         return self._evaluate(x)[1]
 
     def _evaluate(self, x: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Values and slopes to the bit as of `evaluate`, whose calls from Python take long."""
         places = np.asarray(x, dtype=float)
-        packed = pack([self])
-        both = np.array([evaluate(packed, 0, place) for place in places.ravel()]).reshape(-1, 3)
-        return both[:, 0].reshape(places.shape), both[:, 1].reshape(places.shape)
+        grids, bins, pieces = pack([self])
+        scale, shift, count, _ = grids[0]
+        with np.errstate(over="ignore", invalid="ignore"):
+            place = places * scale + shift
+            k = bins[np.where(place > 0.0, np.minimum(place, count), 0.0).astype(int)]
+            while (beyond := places >= pieces[k, END]).any():
+                k = k + beyond
+            t = places - pieces[k, ORIGIN]
+            c = np.moveaxis(pieces[k, COEFFICIENTS], -1, 0)
+            tt = t * t
+            value = (c[0] + t * c[1]) + tt * ((c[2] + t * c[3]) + tt * (c[4] + t * c[5]))
+            slope = (c[1] + t * (2.0 * c[2])) + tt * (
+                (3.0 * c[3] + t * (4.0 * c[4])) + tt * (5.0 * c[5])
+            )
+        return np.asarray(value), np.asarray(slope)
 
 
 class PackedCurves(NamedTuple):
@@ -178,7 +195,8 @@ def _pieces(function: Callable, edges: np.ndarray, name: str) -> tuple[np.ndarra
         fits |= (error > 0.1 * parent_error) & (error < ROUNDING * (1.0 + size))
         fits |= level == DEEPEST
         done_starts.append(starts[fits])
-        done_coefficients.append(coefficients[fits] / widths[fits, None] ** np.arange(6))
+        with np.errstate(all="ignore"):
+            done_coefficients.append(coefficients[fits] / widths[fits, None] ** np.arange(6))
         starts, widths, parent_error = starts[~fits], 0.5 * widths[~fits], error[~fits]
         if starts.size > MOST_PIECES:
             raise ParameterError(

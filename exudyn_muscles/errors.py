@@ -14,10 +14,22 @@ import warnings
 from types import FrameType
 
 NOT_THE_USERS = ("exudyn_muscles", "exudyn", "contextlib")
+# Longer texts are cut in messages: some 20 lines of a terminal, and what a file calls a thing.
+LONGEST_MESSAGE, LONGEST_WORD = 2000, 60
+
+
+def cut(text: str, longest: int = LONGEST_WORD) -> str:
+    """The text without its middle if it is long, as texts of files may be."""
+    if len(text) <= longest:
+        return text
+    return f"{text[: 2 * longest // 3]} ... {text[-longest // 3 :]}"
 
 
 class ExudynMusclesError(Exception):
     """Root of all exceptions of this package."""
+
+    def __init__(self, text: str = "") -> None:
+        super().__init__(cut(str(text), LONGEST_MESSAGE))
 
 
 class ParameterError(ExudynMusclesError, ValueError):
@@ -109,4 +121,4 @@ def warn(text: str, category: type[Warning]) -> None:
     level, frame = 2, sys._getframe(1)
     while frame.f_back is not None and _package(frame) in NOT_THE_USERS:
         level, frame = level + 1, frame.f_back
-    warnings.warn(text, category, stacklevel=level)
+    warnings.warn(cut(text, LONGEST_MESSAGE), category, stacklevel=level)

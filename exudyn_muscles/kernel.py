@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from functools import cache, partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core.dispatcher import Dispatcher
+
+from .compilation import tell_of_compilation
+from .kernel_cache import kernel_cache
 
 # Kernels call each other and freeze constants across these files.
 SOURCES = ("kernel.py", "curves.py", "muscle", "path", "recruitment", "methods/unified.py")
@@ -37,15 +40,14 @@ def kernel(
         return partial(kernel, inline=inline, allocates=allocates)
     # Without fastmath, which would save a sixth: fused multiply-adds fall differently in the
     # process that compiles a kernel and in those that load it, and so would a result's last bits.
-    compiler = numba.njit(cache=True, error_model="numpy", forceinline=inline, _nrt=allocates)
+    compiler = numba.njit(error_model="numpy", forceinline=inline, _nrt=allocates)
     dispatcher = compiler(function)
-    # Without numba's attribute (or with its compiler switched off) its own rule has to do.
-    with suppress(AttributeError):
-        cache_file = dispatcher._cache._cache_file
-        _ = cache_file._source_stamp, cache_file._version  # still there?
-        # The version is read first: the rest may name types of a module that was moved since.
-        cache_file._source_stamp = cache_file._version = _stamp()
+    if isinstance(dispatcher, Dispatcher):  # numba's compiler is not switched off
+        dispatcher._cache = kernel_cache(function, _stamp())
     return dispatcher
+
+
+tell_of_compilation()
 
 
 @cache

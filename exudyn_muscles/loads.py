@@ -30,6 +30,7 @@ from .skeleton import tree_item
 from .storage import read_storage
 
 MARGIN = 1e-9  # s, accumulated time steps
+LARGEST = 1e12  # of times, forces, points and torques: no skeleton bears a millionth of it
 FEWEST_FOR_SPLINE = 4  # samples; OpenSim joins fewer by straight lines
 NOTHING = [0.0] * 9
 
@@ -93,6 +94,13 @@ class ExternalForce:
             if values.shape != (times.size, 3):
                 raise self._error(f"{name} must be ({times.size}, 3), got {values.shape}")
             object.__setattr__(self, name, values)
+        try:
+            with np.errstate(all="ignore"):
+                finite = np.isfinite(_pieces(self)).all()
+        except ValueError:  # not even the spline's equations are
+            finite = False
+        if not finite:
+            raise self._error(f"times are too close: the smallest step is {np.diff(times).min()} s")
         if self.force is None and (self.torque is None or self.point is not None):
             needed = "a force or a torque" if self.point is None else "a force at its point"
             raise self._error(f"needs {needed}")
@@ -113,6 +121,8 @@ class ExternalForce:
         if unknown.size:
             row = unknown[0][0]
             raise self._error(f"{name} must be finite, row {row} is {array[row]}")
+        if (largest := np.abs(array).max(initial=0.0)) > LARGEST:
+            raise self._error(f"{name} goes up to {largest:g}, allowed is {LARGEST:g} in SI units")
         array.setflags(write=False)
         return array
 

@@ -8,13 +8,12 @@ from typing import get_args
 import exudyn as exu
 import numpy as np
 
-from .compilation import announce_compilation
 from .dependent import DependentSkeleton
 from .errors import ModelError, ParameterError, PathWarning, warn
 from .muscle.dynamics import tendon_forces
 from .muscle.parameters import Muscle, MuscleSet
 from .path.followers import Follower
-from .path.geometry import Geometry, compile_geometry, path_geometry
+from .path.geometry import Geometry, compile_geometry
 from .path.points import collect_paths
 from .recruitment.actuators import Actuator, actuator_names, compile_columns
 from .skeleton import Skeleton
@@ -79,7 +78,6 @@ class MusculoskeletalModel:
         followers: Sequence[Follower] = (),
         reserves: Sequence[Actuator] = (),
     ) -> None:
-        announce_compilation(path_geometry)
         if not isinstance(mbs, exu.MainSystem):
             raise ModelError(f"mbs must be an exudyn.MainSystem, got {type(mbs).__name__}")
         muscles = _listed("muscles", muscles, Muscle)

@@ -22,6 +22,8 @@ DEGREE = 5  # quintic: the accelerations are smooth
 # OpenSim's CMC pads a motion at both ends and filters it with so many samples to either side.
 OPENSIM_PADDING, OPENSIM_ORDER = 60, 50
 
+LARGEST = 1e9  # of times and coordinates: nothing is known more finely than to 1e-7 there
+
 
 class LowPass(Enum):
     """Low-pass filters without phase."""
@@ -130,7 +132,7 @@ class Motion:
                 raise MotionError(f"{name} must be finite, got {pair!r}")
             ends.append((first, last))
         conditions = tuple([(1, ends[0][k]), (2, ends[1][k])] for k in (0, 1))
-        return cls(t, make_interp_spline(t, q, k=DEGREE, bc_type=conditions))
+        return cls(t, _spline(t, q, conditions))
 
     @classmethod
     def from_samples(
@@ -164,10 +166,10 @@ class Motion:
         """
         t, q = _checked(times, coordinates, DEGREE + 1)
         if cutoff is None:
-            return cls(t, make_interp_spline(t, q, k=DEGREE))
+            return cls(t, _spline(t, q))
         span = t[[0, -1]]
         t, q = _low_passed(*_equally_spaced(t, q), cutoff, low_pass)
-        return cls(span, make_interp_spline(t, q, k=DEGREE))
+        return cls(span, _spline(t, q))
 
     @classmethod
     def from_file(
@@ -238,7 +240,28 @@ class Motion:
                 f"coordinates {q.shape}, speeds {v.shape} and accelerations {a.shape} must have "
                 "the same shape"
             )
-        return cls(t, BPoly.from_derivatives(t, np.stack([q, v, a], axis=1)))
+        with np.errstate(all="ignore"):
+            curve = BPoly.from_derivatives(t, np.stack([q, v, a], axis=1))
+        _check_finite(t, curve)
+        return cls(t, curve)
+
+
+def _spline(t: np.ndarray, q: np.ndarray, conditions: tuple | None = None) -> BSpline:
+    """The quintic spline through points."""
+    try:
+        with np.errstate(all="ignore"):
+            curve = make_interp_spline(t, q, k=DEGREE, bc_type=conditions)
+    except (ValueError, np.linalg.LinAlgError) as error:
+        raise MotionError(f"there is no quintic spline through these points: {error}") from None
+    _check_finite(t, curve)
+    return curve
+
+
+def _check_finite(t: np.ndarray, curve: BSpline | BPoly) -> None:
+    with np.errstate(all="ignore"):
+        finite = np.isfinite(curve.derivative(2).c).all()
+    if not finite:
+        raise MotionError(f"times are too close: the smallest step is {np.diff(t).min()} s")
 
 
 def _equally_spaced(t: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -253,7 +276,7 @@ def _equally_spaced(t: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarra
     if spread <= 1e-6 * mean:
         return t, q
     even = np.linspace(t[0], t[-1], t.size)
-    return even, make_interp_spline(t, q, k=DEGREE)(even)
+    return even, _spline(t, q)(even)
 
 
 def _low_passed(
@@ -309,6 +332,9 @@ def _checked(
     if not np.isfinite(t).all() or not np.isfinite(q).all():
         row = int(np.argmin(np.isfinite(t) & np.isfinite(q).all(axis=1)))
         raise MotionError(f"times and {name} must be finite; row {row}: t = {t[row]}, {q[row]}")
+    for what, array, unit in (("times", t, "s"), (name, q, "in rad, m and s")):
+        if (largest := np.abs(array).max()) > LARGEST:
+            raise MotionError(f"{what} go up to {largest:g}, allowed is {LARGEST:g} {unit}")
     wrong = np.flatnonzero(np.diff(t) <= 0.0)
     if wrong.size:
         k = int(wrong[0])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -19,6 +18,7 @@ import numpy as np
 from .errors import ParameterError, ResultFileError, StorageError
 from .muscle.dynamics import fiber_lengths, tendon_forces
 from .recruitment.actuators import actuator_names
+from .result_file import other_kinds, read_fields, write_fields
 from .storage import read_storage
 
 if TYPE_CHECKING:
@@ -33,8 +33,6 @@ if TYPE_CHECKING:
 SMALL_ARM = 1e-3
 
 PACKAGES = ("exudyn_muscles", "exudyn", "numpy", "scipy", "numba", "qpsolvers", "daqp", "osqp")
-FORMAT = "exudyn_muscles.Trajectory"
-FORMAT_VERSION = 3
 
 
 class Status(Enum):
@@ -100,6 +98,12 @@ class Excitations:
         r = np.asarray(self.reserves, dtype=float)
         if r.size == 0:
             r = np.empty((t.size, 0))
+        if t.ndim == 1 and u.ndim == 2 and t.size == len(u) > 0:
+            raise ParameterError(
+                f"excitations: {t.size} times for as many rows of values; a row is held from one "
+                "time to the next, so append the end of the last row to the times, or leave that "
+                "row out"
+            )
         if t.ndim != 1 or u.ndim != 2 or t.size != u.shape[0] + 1 or len(u) == 0:
             raise ParameterError(
                 f"excitations: time {t.shape} and values {u.shape} do not fit: expected (k + 1,) "
@@ -343,7 +347,8 @@ class Trajectory:
     ) -> Difference | None:
         """The first difference from a reference that is larger than its tolerance.
 
-        Method, names and status come first, then times, motion, muscles and windows.
+        Method, names, units, status and the kinds of settings come first, then times, motion,
+        muscles and windows. How much work it was does not matter.
 
         Parameters
         ----------
@@ -370,9 +375,14 @@ class Trajectory:
         unknown = set(allowed) - set(POINTS) - set(WINDOWS)
         if unknown:
             raise ParameterError(f"tolerances: no such quantities: {sorted(unknown)}")
-        for name in ("method", "coordinate_names", "muscle_names", "reserve_names", "status"):
+        for name in (
+            "method", "coordinate_names", "coordinate_units", "muscle_names", "reserve_names",
+            "status",
+        ):  # fmt: skip
             if getattr(self, name) != getattr(reference, name):
                 return Difference(name, None, None, None)
+        if other_kinds(self.settings, reference.settings):
+            return Difference("kinds of settings", None, None, None)
         for name in ("time", "window_time"):
             mine, other = getattr(self, name), getattr(reference, name)
             if mine.shape != other.shape:
@@ -420,7 +430,7 @@ class Trajectory:
         return pandas.DataFrame(columns)
 
     def _check_shapes(self, file: str | Path) -> None:
-        """Raise ResultFileError unless all arrays fit each other."""
+        """Raise ResultFileError unless all fields fit each other."""
         points, windows, n = self.time.size, self.window_time.size - 1, len(self.coordinate_names)
         expected: dict[str, tuple[int, ...]] = {
             "time": (points,),
@@ -434,6 +444,13 @@ class Trajectory:
             found = getattr(self, name).shape
             if found != shape:
                 raise ResultFileError(f"{file}: {name} of shape {found}, expected {shape}")
+        for name in ("coordinate_units", "saturated"):
+            if len(getattr(self, name)) != n:
+                raise ResultFileError(f"{file}: {name} are not {n}, one for each coordinate")
+        for name in ("time", "window_time"):
+            clock = getattr(self, name)
+            if clock.size == 0 or not np.isfinite(clock).all() or (np.diff(clock) <= 0.0).any():
+                raise ResultFileError(f"{file}: {name} does not increase, or is empty")
 
     def _names_of(self, quantity: str) -> tuple[str, ...]:
         if quantity == "reserves":
@@ -441,20 +458,16 @@ class Trajectory:
         return self.coordinate_names if quantity in OF_COORDINATES else self.muscle_names
 
     def save(self, file: str | Path) -> None:
-        """Write everything to an `.npz` file."""
-        arrays: dict[str, Any] = {}
-        rest: dict[str, Any] = {}
-        for item in dataclasses.fields(self):
-            value = getattr(self, item.name)
-            if isinstance(value, np.ndarray):
-                arrays[item.name] = value
-            else:
-                rest[item.name] = value
-        rest["status"] = self.status.name
-        rest["counts"] = dataclasses.asdict(self.counts)
-        header = {"format": FORMAT, "version": FORMAT_VERSION, **rest}
-        with open(file, "wb") as stream:
-            np.savez_compressed(stream, header=json.dumps(header), **arrays)
+        """Write everything to an `.npz` file, whole or not at all.
+
+        Raises
+        ------
+        OSError
+            It cannot be written; names it. An earlier file of this name is as it was.
+        """
+        values = {item.name: getattr(self, item.name) for item in dataclasses.fields(self)}
+        values |= {"status": self.status.name, "counts": dataclasses.asdict(self.counts)}
+        write_fields(file, values)
 
     @classmethod
     def load(cls, file: str | Path) -> Trajectory:
@@ -466,30 +479,17 @@ class Trajectory:
             The file is damaged, is not a trajectory, or is of another version; names it.
         FileNotFoundError
         """
-        try:
-            with np.load(file, allow_pickle=False) as stored:
-                content = {name: stored[name] for name in stored.files}
-            header = json.loads(str(content.pop("header")))
-            found = header.pop("format", None), header.pop("version", None)
-        except FileNotFoundError:
-            raise
-        except Exception as error:  # zip, zlib, numpy and json have many ways to fail
-            raise ResultFileError(f"{file}: not a readable trajectory ({error})") from error
-        if found != (FORMAT, FORMAT_VERSION):
-            raise ResultFileError(
-                f"{file}: expected {FORMAT} version {FORMAT_VERSION}, found {found[0]} version "
-                f"{found[1]}"
-            )
-        missing = {item.name for item in dataclasses.fields(cls)} - set(content) - set(header)
+        content = read_fields(file)
+        missing = {item.name for item in dataclasses.fields(cls)} - set(content)
         if missing:
             raise ResultFileError(f"{file}: truncated, without {sorted(missing)}")
         try:
-            header["status"] = Status[header["status"]]
-            header["counts"] = Counts(**header["counts"])
+            content["status"] = Status[content["status"]]
+            content["counts"] = Counts(**content["counts"])
             for name in ("coordinate_names", "coordinate_units", "muscle_names", "reserve_names"):
-                header[name] = tuple(header[name])
-            header["saturated"] = tuple(map(tuple, header["saturated"]))
-            trajectory = cls(**content, **header)
+                content[name] = tuple(content[name])
+            content["saturated"] = tuple(map(tuple, content["saturated"]))
+            trajectory = cls(**content)
         except (TypeError, KeyError) as error:
             raise ResultFileError(f"{file}: damaged header ({error!r})") from error
         trajectory._check_shapes(file)

@@ -9,6 +9,9 @@ import numpy as np
 from .curves import Curve
 from .errors import ParameterError
 
+# A point every third of a degree of a full turn; the time goes with their third power.
+MOST_POINTS = 1000
+
 
 def simm_spline(x: Sequence[float], y: Sequence[float]) -> Curve:
     """OpenSim's `SimmSpline`: the cubic spline through points, and its tangents beyond them.
@@ -18,7 +21,12 @@ def simm_spline(x: Sequence[float], y: Sequence[float]) -> Curve:
     Parameters
     ----------
     x, y : (k,) sequence of float
-        At least two points; x increases.
+        Two to 1000 points; x increases.
+
+    Raises
+    ------
+    ParameterError
+        These are not such points, or the curve through them is not finite.
 
     References
     ----------
@@ -33,6 +41,25 @@ def simm_spline(x: Sequence[float], y: Sequence[float]) -> Curve:
     n, h = knots.size, np.diff(knots)
     if knots.ndim != 1 or knots.shape != values.shape or n < 2 or not (h > 0.0).all():
         raise ParameterError(f"a spline needs two points or more with increasing x, got {x}, {y}")
+    if n > MOST_POINTS:
+        raise ParameterError(f"a spline has at most {MOST_POINTS} points, got {n}")
+    with np.errstate(all="ignore"):  # Curve refuses what is not finite
+        slope, second, third = _derivatives(knots, values, h)
+
+        def spline(places: np.ndarray) -> np.ndarray:
+            i = np.clip(np.searchsorted(knots, places, side="right") - 1, 0, n - 2)
+            t = places - knots[i]
+            return values[i] + t * (slope[i] + t * (0.5 * second[i] + t * third[i] / 6.0))
+
+        return Curve(spline, list(knots), name="the spline")
+
+
+def _derivatives(
+    knots: np.ndarray, values: np.ndarray, h: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Slopes where the pieces begin (k - 1,), second derivatives at all points (k,), and the third
+    ones of the pieces (k - 1,)."""
+    n = knots.size
     slopes = np.diff(values) / h
     # Second derivatives: smooth inside, third derivatives given at the ends.
     A, b = np.eye(n), np.zeros(n)
@@ -45,13 +72,9 @@ def simm_spline(x: Sequence[float], y: Sequence[float]) -> Curve:
         second = np.diff(slopes) / (knots[2:] - knots[:-2])
         third = 6.0 * np.diff(second) / (knots[3:] - knots[:-3])
         b[0], b[-1] = third[0] * h[0], third[-1] * h[-1]
-    bends = np.linalg.solve(A, b)
-
-    def spline(places: np.ndarray) -> np.ndarray:
-        i = np.clip(np.searchsorted(knots, places, side="right") - 1, 0, n - 2)
-        t = places - knots[i]
-        slope = slopes[i] - h[i] * (2.0 * bends[i] + bends[i + 1]) / 6.0
-        third = (bends[i + 1] - bends[i]) / h[i]
-        return values[i] + t * (slope + t * (0.5 * bends[i] + t * third / 6.0))
-
-    return Curve(spline, list(knots), name="the spline")
+    try:
+        bends = np.linalg.solve(A, b)
+    except np.linalg.LinAlgError:  # steps so small that they vanish
+        bends = np.full(n, np.nan)
+    begin = slopes - h * (2.0 * bends[:-1] + bends[1:]) / 6.0
+    return begin, bends, np.diff(bends) / h

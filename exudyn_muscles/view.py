@@ -22,6 +22,7 @@ from exudyn.utilities import ObjectGround, VObjectGround
 from numpy.typing import ArrayLike
 
 from .errors import DisplayError, ParameterError
+from .files import write_figure
 from .model import MusculoskeletalModel
 from .path.geometry import path_points, surfaces_at
 from .path.points import Paths
@@ -242,7 +243,7 @@ def render(
     ):
         _show_bodies_alone(container.visualizationSettings)
         image = container.renderer.RedrawAndGetImage(useRaytracer=True)
-    _write(image, time, Path(file))
+    _write(image, time, file)
 
 
 class _Scene:
@@ -485,7 +486,7 @@ def _show_bodies_alone(settings: exu.VisualizationSettings) -> None:
         items.show = False
 
 
-def _write(image: np.ndarray, time: float, file: Path) -> None:
+def _write(image: np.ndarray, time: float, file: str | Path) -> None:
     """Write an image (height, width, 3) with the time and a legend of the colors."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LinearSegmentedColormap
@@ -504,7 +505,7 @@ def _write(image: np.ndarray, time: float, file: Path) -> None:
     bar.ax.tick_params(labelsize=font)
     bar.set_ticks([0.0, 0.5, 1.0])
     bar.ax.set_title("activation", fontsize=font, pad=0.8 * font)
-    figure.savefig(file, dpi=dpi)
+    write_figure(figure, file, dpi)
 
 
 def _check(model: MusculoskeletalModel, trajectory: Trajectory) -> None:

@@ -1,10 +1,12 @@
-"""Settings for all tests.
+"""Settings for all tests, and a line about those that were left out.
 
 Hypothesis draws the same examples in every run, so that a failure can be repeated. A longer, random
 search: `pytest --hypothesis-profile=search`.
 """
 
 from hypothesis import HealthCheck, settings
+
+from .opensim import ABSENT, REFERENCE
 
 settings.register_profile(
     "default", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.filter_too_much]
@@ -13,3 +15,12 @@ settings.register_profile(
     "search", settings.get_profile("default"), derandomize=False, max_examples=3000
 )
 settings.load_profile("default")
+
+
+def pytest_terminal_summary(terminalreporter):
+    skipped = terminalreporter.stats.get("skipped", [])
+    absent = sum(ABSENT in str(report.longrepr) for report in skipped)
+    if absent:
+        terminalreporter.write_line(
+            f"{absent} tests were skipped because {REFERENCE} is absent: they read OpenSim's files"
+        )

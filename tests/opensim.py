@@ -1,11 +1,24 @@
-"""Where the numbers computed with OpenSim 4.6 are; they are not part of this repository."""
+"""Where the numbers of OpenSim 4.6 are: those for this project's own models in
+`reference/opensim`, those for OpenSim's models beside this repository, of which they are no part.
+"""
 
 from pathlib import Path
 
 import pytest
 
-REFERENCE = Path(__file__).parents[2] / "shared" / "opensim" / "reference"
+from .own_models import FOLDER, OWN
 
-needs_opensim_files = pytest.mark.skipif(
-    not REFERENCE.is_dir(), reason="OpenSim's reference numbers are not beside this repository"
-)
+REFERENCE = Path(__file__).parents[2] / "shared" / "opensim" / "reference"
+ABSENT = "OpenSim's reference files are not beside this repository"
+
+needs_opensim_files = pytest.mark.skipif(not REFERENCE.is_dir(), reason=ABSENT)
+
+
+def numbers_of(name, kind):
+    """The file with OpenSim's numbers for a model, such as `arm` and `static.npz`."""
+    return (FOLDER if name in OWN else REFERENCE) / f"{name}_{kind}"
+
+
+def with_opensims(own, others):
+    """Parameters of a test: this project's models, and OpenSim's where they are."""
+    return [*own, *(pytest.param(name, marks=needs_opensim_files) for name in others)]

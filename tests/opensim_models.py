@@ -1,15 +1,21 @@
-"""The OpenSim models of the reference tables, in place and in their three versions: as the importer
-builds them, and their muscles read apart from it, whatever joints the file has.
+"""The models of the reference tables, OpenSim's in place: as the importer builds them, and their
+muscles read apart from it, whatever joints the file has.
 """
 
 import dataclasses
 import xml.etree.ElementTree as ElementTree
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
 import exudyn_muscles as em
 
 from .opensim import REFERENCE
+from .own_models import OWN
+
+_written = TemporaryDirectory()  # models of our own, for the time of the tests
 
 THELEN, MILLARD, DE_GROOTE_FREGLY = (
     "Thelen2003Muscle", "Millard2012EquilibriumMuscle", "DeGrooteFregly2016Muscle"
@@ -51,9 +57,14 @@ VELOCITY = (
 STRAINS = ("strain_at_zero_force", "strain_at_one_norm_force")
 
 
+@cache
 def path_of(name):
     """A model's file."""
-    return REFERENCE.parent / "models" / FILES[name]
+    if name not in OWN:
+        return REFERENCE.parent / "models" / FILES[name]
+    file = Path(_written.name) / f"{name}.osim"
+    file.write_text(OWN[name]())
+    return file
 
 
 def elements(name):

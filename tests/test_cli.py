@@ -14,8 +14,6 @@ from exudyn_muscles import cli
 from exudyn_muscles.cli import names, report, sources
 from exudyn_muscles.result import POINTS, WINDOWS
 
-from .opensim import REFERENCE, needs_opensim_files
-
 PENDULUM = Path(__file__).parents[1] / "models" / "pendulum.py"
 
 # A pendulum whose run ends at 0.3 s by what a user function of its mbs does.
@@ -107,21 +105,6 @@ def test_run_writes_the_files_of_opensim(tmp_path, capsys):
     assert all(f"wrote {file}\n" in printed for file in files)
     q = em.read_storage(tmp_path / "pendulum_csf_Kinematics_q.sto").coordinates(["theta"], ["rad"])
     np.testing.assert_allclose(q, stored.coordinates, rtol=1e-15)
-
-
-@needs_opensim_files
-def test_run_takes_a_model_and_a_motion_of_opensim(tmp_path, capsys):
-    folder = REFERENCE.parent / "cmc" / "arm26"
-    motion = ["--motion", str(folder / "arm26_InverseKinematics.mot"), "--cutoff", "6"]
-    arguments = ["run", str(folder / "arm26.osim"), "--method", "csf", "--out", str(tmp_path)]
-    assert cli.main([*arguments, *motion]) == 0
-    assert "RMS tracking error: r_shoulder_elev " in capsys.readouterr().out
-    stored = em.Trajectory.load(tmp_path / "arm26_csf.npz")
-    assert stored.coordinate_names == ("r_shoulder_elev", "r_elbow_flex")
-    assert cli.main(arguments) == 2
-    assert "a model file of OpenSim needs --motion FILE.mot" in capsys.readouterr().err
-    assert cli.main(["run", str(PENDULUM), "--method", "csf", *motion]) == 2
-    assert "--motion and --cutoff belong to an .osim file" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -271,7 +254,7 @@ def test_compare(tmp_path, capsys):
 
     found = json.loads(file.read_text())
     assert found["static"]["rms_error_deg"] is None
-    assert found["csf"]["rms_error_deg"] == pytest.approx(0.0186, rel=0.02)
+    assert found["csf"]["rms_error_deg"] == pytest.approx(0.0186, abs=5e-5)
     assert found["cmc"]["rms_error_deg"] < found["csf"]["rms_error_deg"]
     assert found["css"]["rms_error_deg"] <= 0.1215
     for method in names.METHODS:
@@ -282,8 +265,8 @@ def test_compare(tmp_path, capsys):
         assert (row["newton_iterations_per_step"] > 0.0) == (method != "static")
         assert row["max_unmet_torque"] == 0.0
         assert em.Trajectory.load(out / f"pendulum_{method}.npz").method == method
-    assert found["max_excitation_difference"]["static_csf"] < 0.02
-    assert found["max_excitation_difference"]["cmc_csf"] < 0.02
+    assert found["max_excitation_difference"]["static_csf"] < 0.002
+    assert found["max_excitation_difference"]["cmc_csf"] < 0.004
     assert found["settings"]["kv"] == pytest.approx(2.0 * np.sqrt(534.0))
     assert found["versions"]["exudyn_muscles"] == em.__version__
     assert {file.name for file in out.glob("*.png")} == {
@@ -417,7 +400,7 @@ def test_damping_of_a_law():
     ("options", "words"),
     [
         (["--law", "Hill1938"], ["--law Hill1938", "Thelen2003", "FILE.py:NAME"]),
-        (["--law", "none.py:law"], ["none.py", "no such law file"]),
+        (["--law", "none.py:law"], ["none.py", "No such file"]),
         (["--law", "{file}:other"], ["my_law.py", "other has to be a MuscleLaw", "None"]),
         (["--law", "{file}:number"], ["my_law.py", "number has to be a MuscleLaw", "3"]),
         (["--law", "Thelen2003", "--fiber-damping", "0.1"], ["Thelen2003 has no damper"]),

@@ -290,8 +290,8 @@ def test_a_leg_with_followers_is_pushed():
         result = em.forward_dynamics(model, excitations, settings=em.Forward(step=step))
         ends.append(np.r_[result.coordinates[-1], result.speeds[-1]])
     coarse, fine = np.subtract(ends, end)
-    np.testing.assert_allclose(coarse / fine, 4.0, atol=0.05)
-    np.testing.assert_allclose(fine + (fine - coarse) / 3.0, 0.0, atol=2e-6)
+    np.testing.assert_allclose(coarse / fine, 4.0, rtol=0, atol=0.005)
+    np.testing.assert_allclose(fine + (fine - coarse) / 3.0, 0.0, rtol=0, atol=2e-6)
 
 
 def held(start=0.2, end=0.8):

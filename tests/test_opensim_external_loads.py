@@ -12,7 +12,7 @@ import exudyn_muscles as em
 from exudyn_muscles.opensim.document import read_document
 
 from .differences import gradient
-from .opensim import REFERENCE, needs_opensim_files
+from .opensim import ABSENT, REFERENCE, needs_opensim_files
 from .opensim_models import rebuilt
 
 # A pendulum about z, and a body welded to it.
@@ -226,7 +226,7 @@ STANCE = REFERENCE.parent / "cmc" / "leg6dof9musc_stance"
 def legs():
     """Without and with the ground's force."""
     if not STANCE.is_dir():
-        pytest.skip("OpenSim's files are not beside this repository")
+        pytest.skip(ABSENT)
     return [
         em.opensim.load_model(STANCE / "leg6dof9musc_added_mass.osim", external_loads=loads)
         for loads in (None, STANCE / "leg69_right_grf.xml")

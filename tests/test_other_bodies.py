@@ -76,9 +76,9 @@ def test_cmc_predicts_the_other_bodies():
     model, motion = with_a_mass_on_a_spring(), pendulum.motion()
     cmc = em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP))
     csf = run(em.Scheme.FULL, 0.01)
-    assert rms_deg(cmc)[0] < 1.0
+    assert rms_deg(cmc)[0] < 0.1
     difference = np.abs(cmc.torques_demanded - csf.torques_demanded).max()
-    assert difference < 0.1 * np.abs(csf.torques_demanded).max()
+    assert difference < 0.05 * np.abs(csf.torques_demanded).max()
 
 
 def test_a_prediction_moves_other_bodies_with_their_acceleration():

@@ -24,7 +24,9 @@ def build_parser() -> argparse.ArgumentParser:
         "(CSF, CSS). SI units; angles in degrees.",
         epilog=f"example: {PROGRAM} compare models/pendulum.py --out out\n"
         f"'{PROGRAM} COMMAND --help' explains a command.\n"
-        "exit status: 0 done, or results agree; 1 results differ; 2 error; 130 interrupted",
+        "exit status: 0 done, or results agree; 1 results differ; 2 error; 130 interrupted;\n"
+        "143 terminated (SIGTERM), as by a cluster at its time limit; what was reached is then in\n"
+        "the folder of --out",
     )
     parser.add_argument("--version", action="version", version=_versions())
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
@@ -151,6 +153,7 @@ def build_parser() -> argparse.ArgumentParser:
         help="folder for results, made if needed; default the set-up's results directory",
     )
     cmc.add_argument("--quiet", action="store_true", help="no progress bar")
+    cmc.set_defaults(sto=True)
 
     compare = command(
         "compare",

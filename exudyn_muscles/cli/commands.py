@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from .files import made_folder, save_figure, write
+from ..files import write_file
+from .files import draw_all, made_folder, result_file, save, save_figure
 from .names import CMC_STEPS, DIFFER, KP, METHODS, STEP
 from .report import (
     comparison_text,
@@ -20,9 +22,11 @@ from .report import (
 )
 from .settings import method_function, refuse_foreign_options, velocity_gain
 from .sources import damped, load_law, load_model
-from .terminal import announce, one_line_warnings, progress_bar
+from .terminal import one_line_warnings, progress_bar
 
 if TYPE_CHECKING:
+    from ..model import MusculoskeletalModel
+    from ..motion import Motion
     from ..result import Trajectory
 
 
@@ -31,7 +35,6 @@ def run(arguments: argparse.Namespace) -> int:
     method = arguments.method
     refuse_foreign_options(arguments)
     out = arguments.out and made_folder(arguments.out)
-    announce()
     model, motion = load_model(arguments.model, arguments.motion, arguments.cutoff)
     usual_step = STEP / CMC_STEPS if method == "cmc" else STEP
     compute = method_function(
@@ -42,13 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
         kv=arguments.kv,
         predictor=arguments.predictor or "constant",
     )
-    with progress_bar(arguments, METHODS[method], motion.end - motion.start, "s") as bar:
-        trajectory = compute(model, motion, progress=lambda t: bar.update(t - motion.start - bar.n))
-
-    print(summary(arguments.model.stem, trajectory))
-    if out is not None:
-        write(trajectory, model, out / f"{arguments.model.stem}_{method}", arguments.sto)
-    return exit_status(trajectory)
+    return _result(arguments, arguments.model.stem, compute, model, motion, out)
 
 
 def cmc(arguments: argparse.Namespace) -> int:
@@ -57,24 +54,44 @@ def cmc(arguments: argparse.Namespace) -> int:
     from ..methods.cmc import computed_muscle_control
     from ..methods.cosimulation import Scheme, cosimulate
 
-    announce()
     setup = opensim.load_setup(
         arguments.model,
         initial_time=arguments.initial_time,
         final_time=arguments.final_time,
     )
     out = arguments.out = made_folder(arguments.out or setup.results_directory)
-    model, motion, method = setup.model, setup.motion, arguments.method
     compute: Callable[..., Trajectory]
-    if method == "cmc":
+    if arguments.method == "cmc":
         compute = partial(computed_muscle_control, settings=setup.settings)
     else:
-        compute = partial(cosimulate, settings=setup.cosimulation(Scheme(method)))
-    with progress_bar(arguments, METHODS[method], motion.end - motion.start, "s") as bar:
-        trajectory = compute(model, motion, progress=lambda t: bar.update(t - motion.start - bar.n))
+        compute = partial(cosimulate, settings=setup.cosimulation(Scheme(arguments.method)))
+    return _result(arguments, setup.name, compute, setup.model, setup.motion, out)
 
-    print(summary(setup.name, trajectory))
-    write(trajectory, model, out / f"{setup.name}_{method}", sto=True)
+
+def _result(
+    arguments: argparse.Namespace,
+    name: str,
+    compute: Callable[..., Trajectory],
+    model: MusculoskeletalModel,
+    motion: Motion,
+    out: Path | None,
+) -> int:
+    """Compute a result, save it before anything else can fail, and tell about it."""
+    method, start = arguments.method, motion.start
+    path = out and out / f"{name}_{method}"
+    with progress_bar(arguments, METHODS[method], motion.end - start, "s") as bar:
+        trajectory = compute(model, motion, progress=lambda t: bar.update(t - start - bar.n))
+        if path is not None:
+            save(trajectory, result_file(path))
+    print(summary(name, trajectory))
+    if path is not None:
+        print(f"wrote {result_file(path)}")
+        if arguments.sto:
+            from ..storage import write_results
+
+            for file in write_results(trajectory, path, model.reserves):
+                print(f"wrote {file}")
+        draw_all(trajectory, path)
     return exit_status(trajectory)
 
 
@@ -83,7 +100,6 @@ def compare(arguments: argparse.Namespace) -> int:
     out, step = arguments.out and made_folder(arguments.out), arguments.step
     if arguments.json is not None:
         made_folder(arguments.json.parent)
-    announce()
     model, motion = load_model(arguments.model, arguments.motion, arguments.cutoff)
     name = arguments.model.stem
     best: dict[str, float] = {}
@@ -107,7 +123,7 @@ def compare(arguments: argparse.Namespace) -> int:
                     bar.update()
             best[method] = min(times[1:])
             if out is not None:
-                results[method].save(out / f"{name}_{method}.npz")
+                save(results[method], out / f"{name}_{method}.npz")
 
     rows = {m: figures_of_merit(results[m], best[m]) for m in METHODS}
     differences = {
@@ -129,7 +145,7 @@ def compare(arguments: argparse.Namespace) -> int:
             },
             "versions": dict(results["csf"].versions),
         }
-        arguments.json.write_text(json.dumps(finite(content), indent=2) + "\n")
+        write_file(arguments.json, (json.dumps(finite(content), indent=2) + "\n").encode())
         print(f"wrote {arguments.json}")
     if out is not None:
         print(f"wrote {', '.join(str(out / f'{name}_{method}.npz') for method in METHODS)}")
@@ -149,18 +165,23 @@ def check(arguments: argparse.Namespace) -> int:
     result = Trajectory.load(arguments.result)
     reference = Trajectory.load(arguments.reference)
     difference = result.compare(reference, dict(arguments.tolerance))
-    if difference is None:
-        print(f"{arguments.result} agrees with {arguments.reference}")
-        return 0
-    print(f"{arguments.result} differs from {arguments.reference}: {difference}")
+    verdict = "agrees with" if difference is None else "differs from"
+    why = "" if difference is None else f": {difference}"
+    print(f"{arguments.result} {verdict} {arguments.reference}{why}")
+    _tell_others("settings", result.settings, reference.settings)
+    if difference is not None:
+        _tell_others("versions", result.versions, reference.versions)
+    return 0 if difference is None else DIFFER
+
+
+def _tell_others(what: str, found: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
     other = [
-        f"{package} {result.versions.get(package)} instead of {made_with}"
-        for package, made_with in reference.versions.items()
-        if result.versions.get(package) != made_with
+        f"{name} {found.get(name)} instead of {value}"
+        for name, value in wanted.items()
+        if found.get(name) != value
     ]
     if other:
-        print(f"other versions than the reference's: {', '.join(other)}")
-    return DIFFER
+        print(f"other {what} than the reference's: {', '.join(other)}")
 
 
 def curves(arguments: argparse.Namespace) -> int:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..files import write_figure
+from .interrupts import uninterrupted
+
 if TYPE_CHECKING:
-    from ..model import MusculoskeletalModel
     from ..result import Trajectory
 
 
@@ -17,27 +20,29 @@ def made_folder(path: Path) -> Path:
     return path
 
 
-def write(trajectory: Trajectory, model: MusculoskeletalModel, path: Path, sto: bool) -> None:
-    """The result and its figures, as storage files too if wanted; `path` is how names begin."""
+def result_file(path: Path) -> Path:
+    """Where a result is whose files' names begin with `path`."""
+    return path.with_name(f"{path.name}.npz")
+
+
+def save(trajectory: Trajectory, file: Path) -> None:
+    """Save a result; an interrupt waits until that is done."""
+    with uninterrupted() as waiting:
+        trajectory.save(file)
+    if waiting:
+        signal.raise_signal(waiting[0])
+
+
+def draw_all(trajectory: Trajectory, path: Path) -> None:
+    """The figures of a result whose files' names begin with `path`."""
     from .. import plot
 
-    _save(trajectory, path.with_name(f"{path.name}.npz"))
-    if sto:
-        from ..storage import write_results
-
-        for file in write_results(trajectory, path, model.reserves):
-            print(f"wrote {file}")
     draw: list[Callable] = [plot.forces, plot.activations, plot.excitations]
     if trajectory.method != "static":
         draw.append(plot.tracking_errors)
     for function in draw:
         file = path.with_name(f"{path.name}_{function.__name__}.png")
         save_figure(function, (trajectory,), file)
-
-
-def _save(trajectory: Trajectory, file: Path) -> None:
-    trajectory.save(file)
-    print(f"wrote {file}")
 
 
 def save_figure(draw: Callable, shown: Sequence[Any], file: Path) -> None:
@@ -49,6 +54,6 @@ def save_figure(draw: Callable, shown: Sequence[Any], file: Path) -> None:
 
     drawn = draw(*shown)
     figure = drawn if hasattr(drawn, "savefig") else drawn[0].get_figure(root=True)
-    figure.savefig(file, dpi=200)
+    write_figure(figure, file, dpi=200)
     plt.close(figure)
     print(f"wrote {file}")

@@ -6,7 +6,8 @@ LAWS = (
     "DeGrooteFregly2016", "DeGrooteFregly2016Published", "Thelen2003", "Thelen2003Deprecated",
     "Millard2012", "Schutte1993",
 )  # fmt: skip
-DIFFER, FAILED, INTERRUPTED = 1, 2, 130
+DIFFER, FAILED = 1, 2
+INTERRUPTED, TERMINATED = 130, 143  # 128 and the number of SIGINT, of SIGTERM
 
 # The paper's step, and the gain that its Table 2 implies.
 STEP = 0.01

@@ -12,12 +12,15 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from ..files import read_file
 from .names import LAWS
 
 if TYPE_CHECKING:
     from ..model import MusculoskeletalModel
     from ..motion import Motion
     from ..muscle.laws.law import MuscleLaw
+
+LARGEST = 10e6  # bytes of a user's Python file, in which a model is written by hand
 
 
 def load_model(
@@ -124,8 +127,7 @@ def _imported(file: Path, noun: str) -> Iterator[ModuleType]:
     """The module of a user's file, which can import those beside it."""
     from ..errors import ModelError
 
-    if not file.is_file():
-        raise FileNotFoundError(f"{file}: there is no such {noun} file")
+    read_file(file, LARGEST, ModelError)
     name = f"_exudyn_muscles_{noun}_{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)
     if spec is None or spec.loader is None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -17,6 +16,9 @@ from ..muscle.window import DEFAULT_TOLERANCE, Integrator, check_integration
 from ..recruitment.limits import ControlLimits
 from ..recruitment.normalizers import Normalizer, ReachableMaximum
 from ..recruitment.optimization import Solver
+
+# 1/h^2 of the shortest step: a larger kp would ask for more than any step can follow.
+LARGEST_GAIN = 1e12
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,9 +109,9 @@ class TrackingSettings(RecruitmentSettings):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._keep_each("kp", 0.0, math.inf, "1/s^2")
+        self._keep_each("kp", 0.0, LARGEST_GAIN, "1/s^2")
         if self.kv is not None:
-            self._keep_each("kv", 0.0, math.inf, "1/s")
+            self._keep_each("kv", 0.0, LARGEST_GAIN, "1/s")
 
     @property
     def velocity_gain(self) -> float | np.ndarray:

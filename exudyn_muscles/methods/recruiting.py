@@ -12,7 +12,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..compilation import announce_compilation
 from ..errors import ParameterError, UnmetTorqueError
 from ..model import MusculoskeletalModel
 from ..muscle.parameters import MuscleSet
@@ -38,7 +37,6 @@ class MuscleOptimization:
     def __init__(
         self, model: MusculoskeletalModel, settings: RecruitmentSettings, counts: Counts
     ) -> None:
-        announce_compilation()
         self._model = model
         self._settings = settings
         self._counts = counts

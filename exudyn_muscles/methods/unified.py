@@ -13,7 +13,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..compilation import announce_compilation
 from ..coupling import Plugin
 from ..curves import PackedCurves
 from ..errors import WindowError
@@ -77,7 +76,6 @@ class UnifiedPlugin(Plugin):
         progress: Callable[[float], None] | None,
     ) -> None:
         super().__init__(model, start, end, settings, motion, progress)
-        announce_compilation(unified_step)
         m, n = len(model.muscles), len(model.skeleton.tree)
         units = model.muscles.units
         # Copies, because numba takes 0.2 us longer over every array that is read-only.

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..errors import ParameterError
 from ..path.tree import GROUND
 from ..recruitment.actuators import Actuator, PointActuator, Reserve, TorqueActuator
-from .bodies import Bodies, Place
+from .bodies import Bodies
 from .document import ON, Element
+from .frames import Place
 
 COMMON = ("isDisabled", *ON, "min_control", "max_control", "optimal_force")
 ACTUATORS = ("CoordinateActuator", "PointActuator", "TorqueActuator")
@@ -29,14 +29,12 @@ def read_actuator(element: Element, bodies: Bodies) -> Actuator | None:
         "min_control": element.number("min_control", -math.inf, infinite=True),
         "max_control": element.number("max_control", math.inf, infinite=True),
     }
-    try:
+    with element.blamed():
         if element.tag == "PointActuator":
             return _point_actuator(element, bodies, common)
         if element.tag == "TorqueActuator":
             return _torque_actuator(element, bodies, common)
         return _reserve(element, bodies, common)
-    except ParameterError as error:
-        raise element.error(str(error)) from None
 
 
 def _reserve(element: Element, bodies: Bodies, common: dict[str, Any]) -> Reserve | None:

@@ -9,34 +9,23 @@ or else a hinge apart that carries nothing.
 from __future__ import annotations
 
 import posixpath
+from collections import Counter
 from dataclasses import dataclass
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..path.followers import Follower, linear_function
 from ..path.tree import GROUND, PRISMATIC
 from .couplers import Coupler, read_couplers
 from .document import Element
+from .frames import ZERO, Place, Z, aligned, moved, pose
 from .functions import Line, as_curve
 from .joints import Axis, Coordinate, read_axes
 
 PARTS = ("WrapObjectSet", "components")
 GROUND_PATH = "/ground"
-ZERO = (0.0, 0.0, 0.0)
-Z = 2  # the axis of a link's joint where none of x, y, z has the right direction
-
-
-class Place(NamedTuple):
-    """Where a frame is: its `link`, -1 for ground, and its `pose` (4, 4) in the link's frame."""
-
-    link: int
-    pose: np.ndarray
-
-    def at(self, positions: np.ndarray) -> np.ndarray:
-        """Positions of the frame (..., 3) in the link's frame."""
-        return positions @ self.pose[:3, :3].T + self.pose[:3, 3]
 
 
 @dataclass
@@ -94,14 +83,6 @@ class End(NamedTuple):
     behind: np.ndarray
 
 
-def pose(element: Element, angles: str, position: str) -> np.ndarray:
-    """The pose (4, 4) of a frame from body-fixed angles about x, y and z, and its position."""
-    H = np.eye(4)
-    H[:3, :3] = Rotation.from_euler("XYZ", element.vector(angles, default=ZERO)).as_matrix()
-    H[:3, 3] = element.vector(position, default=ZERO)
-    return H
-
-
 class Bodies:
     """The bodies of a model, joined to links.
 
@@ -114,8 +95,8 @@ class Bodies:
         The values of those that are held.
     places : dict of str to Place
         Of ground and the bodies, by their paths (`/ground`, `/bodyset/femur`).
-    wraps : list of (Element, Place)
-        Surfaces with the frames that they are given in.
+    wraps : dict of str to list of (Element, Place)
+        Surfaces by their names, with the frames that they are given in.
 
     Raises
     ------
@@ -151,15 +132,13 @@ class Bodies:
             if path not in self.places:
                 raise body.error("no joint leads to it")
             self._add_inertia(self.places[path], body)
-        names = [coordinate.name for coordinate in self.coordinates]
-        for name in names:
-            if names.count(name) > 1:
+        for name, count in Counter(coordinate.name for coordinate in self.coordinates).items():
+            if count > 1:
                 raise model.error(f"more than one coordinate is called '{name}'")
-        self.wraps = [
-            (surface, self._place(path))
-            for path, owner in self._owners.items()
-            for surface in owner.items("WrapObjectSet")
-        ]
+        self.wraps: dict[str, list[tuple[Element, Place]]] = {}
+        for path, owner in self._owners.items():
+            for surface in owner.items("WrapObjectSet"):
+                self.wraps.setdefault(surface.name, []).append((surface, self._place(path)))
 
     def place(self, element: Element) -> Place:
         """Where the frame is that an element names."""
@@ -172,14 +151,17 @@ class Bodies:
 
     def _on_body(self, path: str) -> tuple[str, np.ndarray]:
         """The body that a frame is on, and the frame's pose on it."""
-        H, passed = np.eye(4), set()
+        passed: dict[str, None] = {}
         while path in self._offsets:
             if path in passed:
                 raise self._owners[path].error("the frames are on one another, in a circle")
-            passed.add(path)
-            path, step = self._offsets[path]
-            H = step @ H
-        return path, H
+            passed[path] = None
+            path, H = self._offsets[path]
+        body, H = path, np.eye(4)
+        for path in reversed(passed):  # each is on the body itself from now on
+            H = H @ self._offsets[path][1]
+            self._offsets[path] = body, H
+        return body, H
 
     def _path(self, element: Element, owner: str) -> str:
         """The path of a frame named in an element of the component `owner`, or of a body's name."""
@@ -222,23 +204,33 @@ class Bodies:
 
     def _join(self, ends: list[End]) -> None:
         """Place the bodies, from ground outwards."""
-        while ends:
-            ready = [end for end in ends if end.parent in self.places]
-            if not ready:
-                raise ends[0].joint.error("no chain of joints leads from ground to its parent")
-            ends = [end for end in ends if end.parent not in self.places]
-            for joint, parent, before, child, behind in ready:
-                if child in self.places:
-                    raise joint.error("the body behind it has been reached by another joint")
-                link, H = self.places[parent]
-                coordinates, axes = read_axes(joint)
-                self.coordinates += coordinates
-                link, H = self._move(link, H @ before, axes)
-                self.places[child] = Place(link, H @ np.linalg.inv(behind))
-                moving = {each.coordinate.name for each in self.links}
-                for coordinate in coordinates:
-                    if not coordinate.locked and coordinate.name not in moving:
-                        raise joint.error(f"coordinate '{coordinate.name}' moves nothing")
+        waiting: dict[str, list[tuple[int, End]]] = {}
+        for numbered in enumerate(ends):
+            waiting.setdefault(numbered[1].parent, []).append(numbered)
+        reached = [GROUND_PATH]
+        while reached:
+            ready = sorted(chain.from_iterable(waiting.pop(body, ()) for body in reached))
+            for _, end in ready:
+                self._join_one(end)
+            reached = [end.child for _, end in ready]
+        if waiting:
+            _, end = min(chain.from_iterable(waiting.values()))
+            raise end.joint.error("no chain of joints leads from ground to its parent")
+
+    def _join_one(self, end: End) -> None:
+        """Place the body behind a joint whose other body has been placed."""
+        if end.child in self.places:
+            raise end.joint.error("the body behind it has been reached by another joint")
+        link, H = self.places[end.parent]
+        coordinates, axes = read_axes(end.joint)
+        self.coordinates += coordinates
+        first = len(self.links)
+        link, H = self._move(link, H @ end.before, axes)
+        self.places[end.child] = Place(link, H @ np.linalg.inv(end.behind))
+        moving = {each.coordinate.name for each in self.links[first:]}
+        for coordinate in coordinates:
+            if not coordinate.locked and coordinate.name not in moving:
+                raise end.joint.error(f"coordinate '{coordinate.name}' moves nothing")
 
     def _move(self, link: int, H: np.ndarray, axes: list[Axis]) -> Place:
         """The frame behind a joint whose axes begin at the frame `H` of a link; adds its links."""
@@ -254,16 +246,16 @@ class Bodies:
         self.links += [_hinge(coordinate) for coordinate in apart.values()]
         for axis in axes:
             if axis.fixed is not None or axis.coordinate is None:
-                H = H @ _moved(axis, axis.fixed or 0.0)
+                H = H @ moved(axis, axis.fixed or 0.0)
                 continue
             name, follows, direction = axis.coordinate.name, None, axis.direction
             if leading.get(name) is axis and isinstance(axis.function, Line):
                 direction = axis.function.slope * direction
-                H = H @ _moved(axis, axis.function.value)
+                H = H @ moved(axis, axis.function.value)
             else:
                 name = f"{name}/{axis.element.name}"
                 follows = Follower(name, of=axis.coordinate.name, function=as_curve(axis.function))
-            number, turn = _aligned(direction)
+            number, turn = aligned(direction)
             joint = number if axis.rotates else number + PRISMATIC
             nothing = Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
             self.links.append(Link(joint, link, H @ turn, name, axis.coordinate, follows, nothing))
@@ -273,10 +265,11 @@ class Bodies:
     def _couple(self, couplers: dict[str, Coupler]) -> None:
         """Let coordinates follow others."""
         links = {link.name: link for link in self.links}
+        known = {coordinate.name for coordinate in self.coordinates}
         free = [link.name for link in self.links if not (link.follows or link.name in couplers)]
         for name, (of, given, element) in couplers.items():
             for each in (name, of):
-                if not any(each == coordinate.name for coordinate in self.coordinates):
+                if each not in known:
                     raise element.error(f"there is no coordinate '{each}'")
             if name in self.locked:
                 raise element.error(f"coordinate '{name}' is locked as well")
@@ -321,25 +314,3 @@ def _hinge(coordinate: Coordinate) -> Link:
     """
     point = Inertia(1.0, np.zeros(3), np.zeros((3, 3)))
     return Link(Z, GROUND, np.eye(4), coordinate.name, coordinate, None, point)
-
-
-def _aligned(direction: np.ndarray) -> tuple[int, np.ndarray]:
-    """The number of a local axis and the pose (4, 4) that turns it to a direction (3,)."""
-    for number in range(3):
-        if np.array_equal(direction, np.eye(3)[number]):
-            return number, np.eye(4)
-    x = np.cross(np.eye(3)[np.abs(direction).argmin()], direction)
-    x /= np.linalg.norm(x)
-    H = np.eye(4)
-    H[:3, :3] = np.transpose([x, np.cross(direction, x), direction])
-    return Z, H
-
-
-def _moved(axis: Axis, value: float) -> np.ndarray:
-    """The pose (4, 4) of a frame moved along or about an axis."""
-    H = np.eye(4)
-    if axis.rotates:
-        H[:3, :3] = Rotation.from_rotvec(value * axis.direction).as_matrix()
-    else:
-        H[:3, 3] = value * axis.direction
-    return H

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection
 from pathlib import Path
 
-from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..recruitment.actuators import actuator_names
 from ..recruitment.limits import ControlLimits, Course, Limits
@@ -56,15 +55,13 @@ def read_controls(
             if name in idle:
                 continue
             raise element.error(f"there is no actuator '{name}', only {', '.join(names)}")
-        try:
+        with element.blamed():
             limits[name] = ControlLimits(
                 _course(element, "min", MINIMUM),
                 _course(element, "max", MAXIMUM),
                 steps=element.flag("use_steps"),
             )
             Limits({name: limits[name]}, model.muscles, model.reserves)
-        except ParameterError as error:
-            raise element.error(str(error)) from None
     return limits
 
 

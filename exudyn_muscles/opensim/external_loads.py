@@ -10,8 +10,9 @@ from ..errors import ParameterError, StorageError
 from ..loads import ExternalForce
 from ..path.tree import GROUND
 from ..storage import Storage, read_storage
-from .bodies import Bodies, Place
+from .bodies import Bodies
 from .document import NOT_GIVEN, ON, Element, read_document
+from .frames import Place
 
 # Once the kinematics by which points in ground were transformed to the body. OpenSim 4 ignores
 # them, and applies such a point at the pose that the body has.

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..curves import Curve
-from ..errors import ParameterError
 from ..path.followers import linear_function
 from ..splines import simm_spline
 from .document import Element
@@ -43,7 +42,8 @@ def read_function(element: Element, factor: float = 1.0) -> Line | Curve:
         polynomial = np.poly1d(factor * element.get("coefficients").numbers())  # highest first
         if polynomial.order < 2:
             return Line(float(polynomial[1]), float(polynomial[0]))
-        return Curve(polynomial, POLYNOMIAL_BREAKS, name="the polynomial")
+        with element.blamed():
+            return Curve(polynomial, POLYNOMIAL_BREAKS, name="the polynomial")
     if element.tag == "MultiplierFunction":
         function = element.object("function")
         element.allow("scale", "function", function.tag)
@@ -51,10 +51,8 @@ def read_function(element: Element, factor: float = 1.0) -> Line | Curve:
     if element.tag == "SimmSpline":
         element.allow("x", "y")
         x, y = element.get("x").numbers(), element.get("y").numbers()
-        try:
+        with element.blamed():
             return simm_spline(x.tolist(), (factor * y).tolist())
-        except ParameterError as error:
-            raise element.error(str(error)) from None
     element.refuse()
 
 

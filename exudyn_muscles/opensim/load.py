@@ -11,7 +11,6 @@ import exudyn as exu
 import numpy as np
 from exudyn.utilities import RigidBodyInertia, TreeLink
 
-from ..errors import ParameterError
 from ..loads import ExternalForce, add_external_force
 from ..model import MusculoskeletalModel
 from ..path.followers import Follower, Followers
@@ -122,13 +121,11 @@ def read_model(
     forces = [] if external_loads is None else read_external_loads(external_loads, bodies)
     names = [link.name for link in bodies.links]
     followers = [link.follows for link in bodies.links if link.follows is not None]
-    try:
+    with model.blamed():
         mbs, tree = _build(bodies.links, followers, gravity, forces)
         built = MusculoskeletalModel(
             mbs, tree, muscles, coordinates=names, followers=followers, reserves=reserves
         )
-    except ParameterError as error:
-        raise model.error(str(error)) from None
     return Content(built, tuple(bodies.coordinates), frozenset(idle))
 
 

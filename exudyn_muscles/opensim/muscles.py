@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 
 from ..checks import number_within
 from ..curves import Curve
-from ..errors import ParameterError
 from ..muscle.activation import ActivationDynamics
 from ..muscle.laws.de_groote_fregly_2016 import DeGrooteFregly2016
 from ..muscle.laws.law import MuscleLaw
@@ -32,8 +31,9 @@ from ..muscle.laws.thelen_2003_deprecated import Thelen2003Deprecated
 from ..muscle.parameters import RANGES, Muscle
 from ..path.points import BEYOND_RANGE, ConditionalPathPoint, MovingPathPoint, PathPoint
 from ..path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapSurface
-from .bodies import Bodies, Place, pose
+from .bodies import Bodies
 from .document import Element
+from .frames import Place, pose
 from .functions import Line, as_curve, read_function
 
 
@@ -209,7 +209,7 @@ def read_muscle(element: Element, bodies: Bodies) -> Muscle:
             element.get(flag).refuse()
     _check_stiffness(element, given)
     own = _own(kind)
-    try:
+    with element.blamed():
         if kind.convert is not None:
             kind.convert(given)
         unit = {name: value for name, value in given.items() if name not in own}
@@ -221,8 +221,6 @@ def read_muscle(element: Element, bodies: Bodies) -> Muscle:
             activation_dynamics=kind.activation,
             law=kind.law(**{name: value for name, value in given.items() if name in own}),
         )
-    except ParameterError as error:
-        raise element.error(str(error)) from None
     found = [_point(point, bodies) for point in _path_items(element, POINTS)]
     points = [point for point in found if point is not None]
     wraps = [_wrap(wrap, bodies) for wrap in _path_items(element, WRAPS)]
@@ -257,7 +255,8 @@ def _check_stiffness(element: Element, given: dict[str, Any]) -> None:
     found = curve.find(STIFFNESS) if curve is not None else None
     if found is None or not found.text:
         return
-    law = Millard2012(**{key: given[key] for key in PASSIVE_STRAINS if key in given})
+    with element.blamed():
+        law = Millard2012(**{key: given[key] for key in PASSIVE_STRAINS if key in given})
     strain = law.fiber_strain_at_one_norm_force - law.fiber_strain_at_zero_force
     usual = PASSIVE_STIFFNESS / strain
     if abs(found.numbers(1)[0] - usual) > 1e-6 * usual:
@@ -301,7 +300,8 @@ def _point(element: Element, bodies: Bodies) -> PathPoint | MovingPathPoint | No
     frame = ("socket_parent_frame", "body")
     place = bodies.place(element.get(*frame))
     if element.tag == "MovingPathPoint":
-        return _moving_point(element, place, bodies.locked)
+        with element.blamed():
+            return _moving_point(element, place, bodies.locked)
     position = place.at(element.vector("location")).tolist()
     if element.tag == "PathPoint":
         element.allow(*frame, "location")
@@ -312,9 +312,10 @@ def _point(element: Element, bodies: Bodies) -> PathPoint | MovingPathPoint | No
     if coordinate in bodies.locked:
         inside = low - BEYOND_RANGE <= bodies.locked[coordinate] <= high + BEYOND_RANGE
         return PathPoint(position, place.link) if inside else None
-    return ConditionalPathPoint(
-        position, place.link, coordinate=coordinate, range=(float(low), float(high))
-    )
+    with element.blamed():
+        return ConditionalPathPoint(
+            position, place.link, coordinate=coordinate, range=(float(low), float(high))
+        )
 
 
 def _moving_point(
@@ -359,7 +360,7 @@ def _wrap(element: Element, bodies: Bodies) -> PathWrap:
     """A surface that a path wraps over."""
     element.allow("wrap_object", "method", "range")
     name = element.word("wrap_object")
-    found = [each for each in bodies.wraps if each[0].name == name]
+    found = bodies.wraps.get(name, [])
     if len(found) != 1:
         raise element.error(f"expected one surface '{name}', found {len(found)}")
     first, last = (int(number) for number in element.vector("range", 2, (-1.0, -1.0)))
@@ -394,11 +395,9 @@ def _surface(element: Element, place: Place) -> WrapSurface:
         "active": element.flag("active", True),
         "name": element.name,
     }
-    try:
+    with element.blamed():
         if element.tag == "WrapCylinder":
             return WrapCylinder(element.number("radius"), element.number("length"), **where)
         if element.tag == "WrapSphere":
             return WrapSphere(element.number("radius"), **where)
         return WrapEllipsoid(element.vector("dimensions").tolist(), **where)
-    except ParameterError as error:
-        raise element.error(str(error)) from None

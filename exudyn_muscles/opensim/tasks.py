@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from ..errors import ParameterError
 from ..methods.control import TrackingSettings
 from .document import Element, read_document
 
@@ -51,10 +50,8 @@ def read_tasks(file: str | Path) -> Mapping[str, Task]:
         kp, kv, ka, weight = (_first(element, tag) for tag in ("kp", "kv", "ka", "weight"))
         if ka != 1.0:
             raise element.get("ka").error(f"{ka:g}: only 1 can be represented")
-        try:
+        with element.blamed():
             TrackingSettings(kp=kp, kv=kv, coordinate_weights=weight)
-        except ParameterError as error:
-            raise element.error(str(error)) from None
         coordinate = element.word("coordinate")
         if coordinate in tasks:
             line = tasks[coordinate].element.line

@@ -34,6 +34,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 import exudyn_muscles as em
+from exudyn_muscles.files import write_file
 
 from ..opensim import REFERENCE
 from .opensim_cmc import REPORT, RESULTS
@@ -222,7 +223,7 @@ def main():
                 for name, runs in found.items()
             },
         }
-        arguments.json.write_text(json.dumps(content, indent=2) + "\n")
+        write_file(arguments.json, (json.dumps(content, indent=2) + "\n").encode())
         print(f"wrote {arguments.json}")
 
 

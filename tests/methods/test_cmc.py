@@ -62,15 +62,15 @@ def test_replay_without_reserves_differs_and_with_them_agrees():
 def test_excitations_of_the_methods_are_very_close(model, cmc, csf):
     """The paper's figure 6: very close at coinciding times."""
     static = em.static_optimization(model, pendulum.motion())
-    assert np.abs(static.excitation_values - csf.excitation_values).max() < 0.005
-    assert np.abs(cmc.excitation_values - csf.excitation_values).max() < 0.005
+    assert np.abs(static.excitation_values - csf.excitation_values).max() < 0.002
+    assert np.abs(cmc.excitation_values - csf.excitation_values).max() < 0.004
 
 
 def test_finer_steps_within_the_windows_change_little(model, cmc):
     fine = em.computed_muscle_control(
         model, pendulum.motion(), settings=em.CMC(kp=KP, step=0.00025)
     )
-    assert rms_deg(fine)[0] == pytest.approx(rms_deg(cmc)[0], rel=0.2)
+    assert rms_deg(fine)[0] == pytest.approx(rms_deg(cmc)[0], rel=0.01)
     assert rms_deg(fine)[0] > 0.0
 
 
@@ -78,7 +78,7 @@ def test_the_planar_arm():
     cmc = em.computed_muscle_control(
         planar_arm.build(), planar_arm.motion(), settings=em.CMC(kp=KP)
     )
-    assert (rms_deg(cmc) < 0.05).all()
+    assert (rms_deg(cmc) < 0.004).all()
     assert cmc.max_unmet_torque == 0.0
 
 
@@ -141,7 +141,7 @@ def test_reserves_replay_with_steps_that_straddle_the_windows(step):
     for _ in range(2):  # a replay can be replayed
         again = plugin_run(model, em.ForwardPlugin(model, cmc.excitations), s)
         assert np.abs(again.coordinates - cmc.coordinates).max() < 1e-10
-        np.testing.assert_allclose(again.reserves[-1], cmc.reserves[-1], atol=1e-9)
+        np.testing.assert_allclose(again.reserves[-1], cmc.reserves[-1], rtol=0, atol=1e-9)
         cmc = again
 
 
@@ -171,7 +171,7 @@ def test_desired_prediction_tracks_better_than_the_shifted_one():
         for prediction in em.Prediction
     }
     assert (rms[em.Prediction.DESIRED] < 0.8 * rms[em.Prediction.SHIFTED]).all()
-    assert (rms[em.Prediction.SHIFTED] < 5e-3).all()
+    assert (rms[em.Prediction.SHIFTED] < 3e-4).all()
 
 
 def test_gains_of_every_coordinate():
@@ -274,7 +274,7 @@ def test_weights_spare_a_muscle():
     active = plain.force_optimal[:, i] > plain.force_min[:, i] + 5.0
     assert active.any()
     assert (spared.force_optimal[active, i] < 0.6 * plain.force_optimal[active, i]).all()
-    np.testing.assert_allclose(spared.torques_delivered, plain.torques_delivered, atol=1e-6)
+    np.testing.assert_allclose(spared.torques_delivered, plain.torques_delivered, rtol=0, atol=1e-6)
     with pytest.raises(
         em.ParameterError, match="weights of 'toe': the muscles are shoulder_flexor"
     ):
@@ -294,14 +294,14 @@ def test_forces_on_links_act_in_the_run_as_in_the_recruitment():
     cmc = em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP))
     assert np.abs(cmc.reserves).max() > 5.0
     assert cmc.reserve_names == ("hand",)
-    assert (rms_deg(cmc) < 0.1).all()
+    assert (rms_deg(cmc) < 0.006).all()
     replay = em.forward_dynamics(model, cmc.excitations)
     np.testing.assert_allclose(replay.coordinates, cmc.coordinates, rtol=0, atol=1e-10)
     csf = em.cosimulate(model, motion, settings=em.Cosimulation(kp=KP))
-    assert (rms_deg(csf) < 0.05).all()
-    np.testing.assert_allclose(csf.reserves[::20], cmc.reserves[::20], atol=0.5)
+    assert (rms_deg(csf) < 0.007).all()
+    np.testing.assert_allclose(csf.reserves[::20], cmc.reserves[::20], rtol=0, atol=0.06)
     # J_m F and S f are what the skeleton got.
     k = 50
     geometry = model.geometry(csf.coordinates[k], csf.speeds[k])
     torque = geometry.moment_arms.T @ csf.tendon_forces[k] + geometry.columns @ csf.reserves[k]
-    np.testing.assert_allclose(torque, csf.torques_delivered[k], atol=1e-5)
+    np.testing.assert_allclose(torque, csf.torques_delivered[k], rtol=0, atol=1e-5)

@@ -36,7 +36,7 @@ def run(model, motion, kp=KP, **options):
 
 def test_csf_has_the_error_of_the_papers_table_2(model, motion):
     result = run(model, motion)
-    assert rms_deg(result)[0] == pytest.approx(0.0186, rel=0.02)
+    assert rms_deg(result)[0] == pytest.approx(0.0186, abs=5e-5)
     assert result.counts.recruitments - 1 <= 2.1 * 100
     assert result.max_unmet_torque == 0.0
     assert result.excitation_values.max() < 0.45
@@ -45,7 +45,7 @@ def test_csf_has_the_error_of_the_papers_table_2(model, motion):
 def test_the_papers_literal_scheme_gives_the_same_motion_with_two_recruitments(model, motion):
     ours = run(model, motion)
     literal = run(model, motion, first_iterate=em.FirstIterate.RECRUIT)
-    np.testing.assert_allclose(ours.coordinates, literal.coordinates, atol=1e-9)
+    np.testing.assert_allclose(ours.coordinates, literal.coordinates, rtol=0, atol=1e-9)
     assert ours.counts.recruitments == 101
     assert literal.counts.recruitments - 1 >= 2 * 100
 
@@ -141,18 +141,18 @@ def test_growth_at_known_gains():
 def test_csf_is_stable_at_high_gains(model, motion):
     result = run(model, motion, kp=40000.0)
     assert result.counts.newton_iterations <= 110
-    assert rms_deg(result)[0] < 0.0186
+    assert rms_deg(result)[0] < 0.006
 
 
 def test_the_planar_arm():
     model, motion = planar_arm.build(), planar_arm.motion()
     result = run(model, motion)
-    assert (rms_deg(result) < 0.05).all()
+    assert (rms_deg(result) < 0.007).all()
     assert result.max_unmet_torque == 0.0
     assert result.counts.newton_iterations <= 110
     css = run(model, motion, scheme=SIMPLIFIED)
     assert css.max_unmet_torque == 0.0
-    assert (rms_deg(css) < 0.1).all()
+    assert (rms_deg(css) < 0.05).all()
 
 
 def test_out_of_reach_the_run_goes_on_and_says_so(model):
@@ -169,6 +169,7 @@ def test_out_of_reach_the_run_goes_on_and_says_so(model):
     np.testing.assert_allclose(
         (result.torques_delivered[1:] + result.torques_unmet)[short],
         result.torques_demanded[short],
+        rtol=0,
         atol=1e-6,
     )
     # Where short, the muscle that pulls the right way pulls its best.
@@ -267,7 +268,9 @@ def test_a_reserve_takes_over_where_the_muscles_end():
         np.array([model.geometry(q, q).moment_arms for q in result.coordinates]),
         result.tendon_forces,
     )
-    np.testing.assert_allclose(muscles + result.reserves, result.torques_delivered, atol=1e-5)
+    np.testing.assert_allclose(
+        muscles + result.reserves, result.torques_delivered, rtol=0, atol=1e-5
+    )
 
 
 @pytest.mark.parametrize(

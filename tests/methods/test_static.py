@@ -31,7 +31,7 @@ def test_forces_stay_between_their_reachable_bounds(case):
     assert (static.force_optimal >= static.force_min - 1e-9).all()
     assert (static.force_optimal <= static.force_max + 1e-9).all()
     assert (static.excitation_values >= 0.01).all() and (static.excitation_values <= 1.0).all()
-    np.testing.assert_allclose(static.tendon_forces[1:], static.force_optimal, atol=1e-4)
+    np.testing.assert_allclose(static.tendon_forces[1:], static.force_optimal, rtol=0, atol=1e-5)
 
 
 def test_replayed_in_a_forward_simulation_the_motion_is_followed_for_a_while(case):
@@ -42,7 +42,7 @@ def test_replayed_in_a_forward_simulation_the_motion_is_followed_for_a_while(cas
     desired = np.array(
         [np.interp(replay.time[first], static.time, q) for q in static.coordinates.T]
     )
-    assert np.abs(replay.coordinates[first] - desired.T).max() < np.radians(0.5)
+    assert np.abs(replay.coordinates[first] - desired.T).max() < np.radians(0.07)
 
 
 def test_a_failure_in_the_middle_keeps_what_was_found(case):
@@ -70,7 +70,9 @@ def test_normalizers_change_the_sharing_not_the_torque():
         em.static_optimization(model, motion),
         em.static_optimization(model, motion, settings=settings),
     )
-    np.testing.assert_allclose(paper.torques_demanded, isometric.torques_demanded, atol=1e-12)
+    np.testing.assert_allclose(
+        paper.torques_demanded, isometric.torques_demanded, rtol=0, atol=1e-12
+    )
     assert np.abs(paper.force_optimal - isometric.force_optimal).max() > 1.0
 
 
@@ -80,7 +82,7 @@ def test_osqp_gives_the_same_forces():
         em.static_optimization(model, motion, settings=em.Static(solver=solver))
         for solver in em.Solver
     )
-    np.testing.assert_allclose(daqp.force_optimal, osqp.force_optimal, atol=1e-5)
+    np.testing.assert_allclose(daqp.force_optimal, osqp.force_optimal, rtol=0, atol=1e-5)
 
 
 def test_a_tendon_too_long_for_the_motion_is_named():

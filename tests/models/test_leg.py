@@ -90,9 +90,9 @@ def test_segments_are_those_of_a_man_of_75_kg(model):
         M, standing = model.skeleton.dynamics_at(REST, REST, 0.0)
         _, raised = model.skeleton.dynamics_at(bent, REST, 0.0)
     about = [HIP_ADDUCTION, HIP_ROTATION, HIP_FLEXION]
-    np.testing.assert_allclose(M[about, about], inertia, rtol=2e-3)
+    np.testing.assert_allclose(M[about, about], inertia, rtol=1e-3)
     np.testing.assert_allclose(raised[HIP_FLEXION], -9.81 * mass @ com[:, 1], rtol=1e-3)
-    np.testing.assert_allclose(standing[HIP_FLEXION], 9.81 * mass @ com[:, 0], atol=0.02)
+    np.testing.assert_allclose(standing[HIP_FLEXION], 9.81 * mass @ com[:, 0], rtol=0, atol=0.005)
     assert sum(model.mbs.GetObject(model.skeleton.object)["linkMasses"]) == pytest.approx(14.895)
 
 
@@ -146,7 +146,7 @@ def test_invertors_of_the_foot(model):
         )
     )  # fmt: skip
     assert anterior / posterior == pytest.approx(0.59, abs=0.1)
-    assert soleus / posterior == pytest.approx(0.24, abs=0.05)
+    assert soleus / posterior == pytest.approx(0.24, abs=0.02)
     assert peroneus < toes < 0.0
 
 
@@ -228,7 +228,7 @@ def test_cosimulation_tracks(scheme):
 
 def test_cmc_tracks_and_its_excitations_replay(static, cmc):
     assert static.max_unmet_torque == cmc.max_unmet_torque == 0.0
-    assert np.degrees(cmc.tracking_error_rms()).max() < 0.02
+    assert np.degrees(cmc.tracking_error_rms()).max() < 0.012
     replay = em.forward_dynamics(leg.build(), cmc.excitations)
     assert np.abs(replay.coordinates - cmc.coordinates).max() < 1e-9
 

@@ -10,6 +10,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from exudyn_muscles.files import write_arrays
+
 FILE = Path(__file__).parents[1] / "reference" / "deprecated_muscles.npz"
 STATES = 200
 COLUMNS = (
@@ -126,4 +128,4 @@ if __name__ == "__main__":
             file = Path(folder) / "model.osim"
             file.write_text(model(name))
             tables[name] = np.column_stack([rows, answers(file, rows)])
-    np.savez_compressed(FILE, **tables)
+    write_arrays(FILE, **tables)

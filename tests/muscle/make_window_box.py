@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 import exudyn_muscles as em
+from exudyn_muscles.files import write_arrays
 
 from . import hill
 
@@ -76,7 +77,7 @@ def main() -> None:
     states = [
         (*ends[k][:2], *hill.course(rng, muscles[k], *draws[k][-2:], change=0.3)) for k in ordinary
     ]
-    np.savez(
+    write_arrays(
         FILE,
         law=np.repeat(list(LAWS), BOX),
         activation_dynamics=[muscle.activation_dynamics.name for muscle in muscles],

@@ -1,6 +1,5 @@
 """Contraction dynamics (4) of all laws: the formulas, derivatives, the stop, the slack tendon."""
 
-import csv
 import math
 
 import numpy as np
@@ -12,7 +11,6 @@ import exudyn_muscles as em
 from exudyn_muscles.muscle.contraction import at_stop, stopped_rate, tendon_force, tendon_rate
 
 from ..differences import certified
-from ..opensim import REFERENCE, needs_opensim_files
 from ..zoo import LAWS
 from . import hill
 
@@ -384,24 +382,3 @@ def test_a_rigid_tendon_keeps_its_length(law, integrator):
         exact = hill.window(muscle, a, l_t, u, l_0, v_0, l_1, v_1)
         assert end.activation[0] == pytest.approx(exact[0], abs=1e-4)
         assert end.force[0] == pytest.approx(exact[2], abs=1e-4 * muscle.max_isometric_force)
-
-
-@needs_opensim_files
-def test_rigid_tendon_of_opensim():
-    """OpenSim's fibre with a rigid tendon, isometric."""
-    muscle = em.Muscle(
-        "single",
-        max_isometric_force=1000.0,
-        optimal_fiber_length=0.1,
-        tendon_slack_length=0.2,
-        pennation_angle_at_optimal=0.2,
-        ignore_tendon_compliance=True,
-    )
-    muscles = em.MuscleSet([muscle])
-    with (REFERENCE / "single_iso_dgf_rigid.csv").open() as lines:
-        rows = [{k: float(x) for k, x in row.items()} for row in csv.DictReader(lines)]
-    assert len(rows) > 100
-    for row in rows:  # the file has 12 digits
-        found = em.muscle_dynamics(muscles, [row["activation"]], [0.2], [row["L"]], [0.0])
-        assert found.fiber_length[0] == pytest.approx(row["fiber_length"], rel=1e-10)
-        assert found.tendon_force[0] == pytest.approx(row["tendon_force"], rel=1e-9)

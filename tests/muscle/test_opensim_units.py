@@ -1,8 +1,6 @@
 """Musculotendon units against OpenSim 4.6: right-hand sides, equilibria, isometric contractions."""
 
-import csv
 import itertools
-import json
 
 import numpy as np
 import pytest
@@ -10,32 +8,28 @@ import pytest
 import exudyn_muscles as em
 from exudyn_muscles.path.geometry import Geometry
 
-from ..opensim import REFERENCE, needs_opensim_files
+from ..make_opensim import KINDS, LENGTH, RAMPS, SINGLE, SINGLE_ROW
+from ..opensim import needs_opensim_files, numbers_of, with_opensims
 from ..opensim_models import FILES, muscle, muscles
+from ..own_models import FOLDER, OWN
 
-pytestmark = needs_opensim_files
-
-KINDS = [
-    "thelen", "thelen_arm26", "millard", "millard_b001", "millard_undamped", "millard_rigid",
-    "dgf", "dgf_smooth01", "dgf_rigid",
-]  # fmt: skip
 # Held excitations follow the ramps to second order; elsewhere they are exact.
-EXCITATION = ([0.0, 0.05, 0.06, 0.30, 0.31], [0.05, 0.05, 0.9, 0.9, 0.05])
-RAMPS = ((0.05, 0.06), (0.30, 0.31))
-WINDOWS = 100  # within one row of a ramp
+RISE, FALL = RAMPS[0][1:3], RAMPS[0][3:5]
+WINDOWS = 200  # within one row of a ramp
 
 
-@pytest.fixture(scope="module", params=FILES)
+@pytest.fixture(scope="module", params=with_opensims(OWN, FILES))
 def model(request):
-    """Muscles, OpenSim's numbers (20 states, m muscles), and how well the two agree."""
+    """Muscles, OpenSim's numbers (k states, m muscles), and how well the two agree."""
     name = request.param
-    table = dict(np.load(REFERENCE / f"{name}_static.npz"))
+    table = dict(np.load(numbers_of(name, "static.npz")))
     # Newton's method of OpenSim's damped fibre ends at 1e-10 F0.
-    return muscles(name), table, 1e-8 if name.endswith("millard") else 1e-10
+    damped = name in OWN or name.endswith("millard")
+    return muscles(name), table, 1e-8 if damped else 1e-10
 
 
 def right_hand_sides(units, table):
-    """`MuscleDynamics` of (20, m) arrays at the states of the table."""
+    """`MuscleDynamics` of (k, m) arrays at the states of the table."""
     states = zip(*(table[key] for key in ("act", "exc", "lf", "L", "V")), strict=True)
     rows = [
         em.muscle_dynamics(units, a, em.tendon_length(units, fiber, l), l, v, excitation=u)
@@ -116,10 +110,11 @@ def test_tendon_lengths_and_their_rates(model):
     check(rates, table["V"] - along_tendon, scale, tolerance)
 
 
+@needs_opensim_files
 def test_slack_tendons_and_fibers_at_their_shortest_are_among_the_states():
     slack, shortest = 0, 0
     for name in FILES:
-        table = np.load(REFERENCE / f"{name}_static.npz")
+        table = np.load(numbers_of(name, "static.npz"))
         slack += np.count_nonzero(table["Ft"] == 0.0)
         shortest += np.count_nonzero(table["lfdot"] == 0.0)
     assert (slack, shortest) == (12, 10)
@@ -136,28 +131,23 @@ def test_equilibria(model):
 
 
 def isometric(kind):
-    """OpenSim's unit and its contraction at constant length: (MuscleSet, column -> (rows,))."""
-    given = json.loads((REFERENCE / "single.json").read_text())
-    of, properties = given["kinds"][kind]
-    properties |= {
-        "max_isometric_force": given["Fmax"],
-        "optimal_fiber_length": given["lopt"],
-        "tendon_slack_length": given["lTs"],
-        "pennation_angle_at_optimal": given["penn"],
-        "max_contraction_velocity": given["vmax"],
+    """OpenSim's unit, and activation, tendon force and fibre length (rows,) at constant length."""
+    of, properties = KINDS[kind]
+    sizes = {
+        "max_isometric_force": SINGLE["force"],
+        "optimal_fiber_length": SINGLE["fiber"],
+        "tendon_slack_length": SINGLE["tendon"],
+        "pennation_angle_at_optimal": SINGLE["pennation"],
     }
-    unit = muscle(of, kind, properties)
-    with open(REFERENCE / f"single_iso_{kind}.csv", newline="") as stream:
-        names, *rows = csv.reader(stream)
-    columns = np.array(rows, dtype=float).T
-    return em.MuscleSet([unit]), dict(zip(names, columns, strict=False))
+    with np.load(FOLDER / "single.npz") as stored:
+        return em.MuscleSet([muscle(of, kind, properties | sizes)]), *stored[kind].T
 
 
 def windows(rows):
     """Ends of windows [s] that begin and end at every row, and are short where u changes."""
     ends = [rows[:1]]
     for begin, end in itertools.pairwise(rows):
-        ramp = any(low - 1e-9 < begin and end < high + 1e-9 for low, high in RAMPS)
+        ramp = any(low - 1e-9 < begin and end < high + 1e-9 for low, high in (RISE, FALL))
         ends.append(np.linspace(begin, end, (WINDOWS if ramp else 1) + 1)[1:])
     return np.concatenate(ends)
 
@@ -165,20 +155,29 @@ def windows(rows):
 @pytest.mark.parametrize("integrator", em.Integrator)
 @pytest.mark.parametrize("kind", KINDS)
 def test_isometric_contraction(kind, integrator):
-    """Tendon force and activation at all 121 rows, through both ramps of the excitation."""
-    units, table = isometric(kind)
-    a, l, v = table["activation"][:1], table["L"][:1], np.zeros(1)
-    l_t = em.tendon_length(units, table["fiber_length"][:1], l)
+    """Tendon force and activation at all rows, through both ramps of the excitation."""
+    units, activations, forces, fibers = isometric(kind)
+    a, l, v = activations[:1], np.array([LENGTH]), np.zeros(1)
+    l_t = em.tendon_length(units, fibers[:1], l)
     F = em.muscle_dynamics(units, a, l_t, l, v).tendon_force
-    time = windows(table["time"])
+    rows = np.arange(len(activations)) * SINGLE_ROW
+    time = windows(rows)
     found = [(a[0], F[0])]
     for begin, end in itertools.pairwise(time):
-        u = np.interp([0.5 * (begin + end)], *EXCITATION)
+        u = np.interp([0.5 * (begin + end)], *RAMPS)
         a, l_t, F, *_ = em.integrate_window(
             units, a, l_t, u, (l, l), (v, v), end - begin, tolerance=1e-6, integrator=integrator
         )
         found.append((a[0], F[0]))
-    rows = np.searchsorted(time, table["time"] - 1e-9)
-    activation, force = np.array(found)[rows].T
-    assert np.abs(activation - table["activation"]).max() < 1e-5
-    assert np.abs(force - table["tendon_force"]).max() < 1e-5 * units.max_isometric_force[0]
+    activation, force = np.array(found)[np.searchsorted(time, rows - 1e-9)].T
+    assert np.abs(activation - activations).max() < 1e-5
+    assert np.abs(force - forces).max() < 1e-5 * units.max_isometric_force[0]
+
+
+def test_fibers_of_rigid_tendons():
+    for kind in ("dgf_rigid", "millard_rigid"):
+        units, activations, forces, fibers = isometric(kind)
+        for a, force, fiber in zip(activations, forces, fibers, strict=True):
+            found = em.muscle_dynamics(units, [a], [SINGLE["tendon"]], [LENGTH], [0.0])
+            assert found.fiber_length[0] == pytest.approx(fiber, rel=1e-13)
+            assert found.tendon_force[0] == pytest.approx(force, rel=1e-9)

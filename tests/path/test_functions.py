@@ -37,7 +37,7 @@ def test_moving_point(link):
         fixed = em.PathPoint([float(x(q[1])), float(y(q[1])), 0.05], link)
         same = Muscles(muscles.tree, muscle([ends[0], fixed, ends[1]]))
         assert muscles.lengths(q)[0] == pytest.approx(same.lengths(q)[0], rel=1e-14)
-        np.testing.assert_allclose(muscles.points(q)[0], same.points(q)[0], atol=1e-15)
+        np.testing.assert_allclose(muscles.points(q)[0], same.points(q)[0], rtol=0, atol=1e-15)
         if np.abs(q[1] - knots).min() > 3e-4:
             slopes = gradient(muscles.lengths, q, 1e-4)
             np.testing.assert_allclose(muscles.arms(q), -slopes, rtol=0.0, atol=1e-9)
@@ -47,7 +47,7 @@ def test_simm_spline():
     x = np.array([0.0, 0.3, 1.0, 1.5, 2.2])
     values = np.random.default_rng(0).uniform(-1.0, 1.0, 5)
     spline = em.simm_spline(x, values)
-    np.testing.assert_allclose(spline(x), values, atol=1e-15)
+    np.testing.assert_allclose(spline(x), values, rtol=0, atol=6e-14)
     cubic = CubicSpline(x[:4], values[:4], bc_type="not-a-knot")  # the cubic through four points
     inside = np.linspace(0.0, 0.3, 5)
     third = [np.polyfit(inside - 0.1, f(inside), 3)[0] for f in (spline, cubic)]
@@ -55,6 +55,23 @@ def test_simm_spline():
     beyond = spline(3.0) - spline(2.2)
     assert beyond == pytest.approx(0.8 * spline.derivative(2.2), rel=1e-13)
     assert em.simm_spline([0.0, 2.0], [1.0, 2.0])(3.0) == pytest.approx(2.5, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("x", "y"),
+    [
+        ([0, 1, 2, 3], [0, 1e308, -1e308, 1]),
+        ([0, 5e-324, 1, 2], [0, 1, 2, 3]),
+        ([0, 1e-160, 2e-160], [0, 1, 5]),
+        ([-1e308, 0, 1e308], [0, 1, 0]),
+        ([0, 1e-100], [0, 1e-100]),
+        ([0, 1e-3, 2e-3, 3e-3, 4e-3], [0, 1e300, 0, 0, 0]),
+    ],
+)
+@pytest.mark.filterwarnings("error")
+def test_points_whose_polynomials_are_not_finite(x, y):
+    with pytest.raises(em.ParameterError, match="spline"):
+        em.simm_spline(x, y)
 
 
 @pytest.mark.parametrize(

@@ -182,7 +182,7 @@ def test_side(kind, side):
         ends[:, axis], ends[:, 1 - axis] = offset, [-0.05, 0.05]
         muscles = Muscles(slider(), muscle([em.PathPoint(x) for x in ends], [surface]))
         farthest = (sign * muscles.points([0.0])[0][:, axis]).max()
-        assert farthest == pytest.approx(0.02, rel=0.01)
+        assert farthest == pytest.approx(0.02, rel=1e-9)
         tangent = np.sqrt(0.05**2 + offset**2 - 0.02**2)
         angle = np.pi - 2.0 * np.arccos(0.02 / np.hypot(0.05, offset))
         turn = angle - 2.0 * sign * np.arctan(offset / 0.05)
@@ -211,7 +211,7 @@ def test_through_the_center(kind):
         assert 0.1 < muscles.lengths([0.0])[0] < 0.13
         if side != "x" and kind != "ellipsoid":
             y = muscles.points([0.0])[0][:, 1]
-            assert (y.max() if side == "y" else -y.min()) == pytest.approx(0.02, rel=0.01)
+            assert (y.max() if side == "y" else -y.min()) == pytest.approx(0.02, rel=1e-9)
 
 
 @KINDS

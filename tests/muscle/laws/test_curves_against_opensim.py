@@ -1,7 +1,5 @@
 """The curves of the built-in laws against tables of OpenSim 4.6."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -9,15 +7,13 @@ from exudyn_muscles.muscle.laws.de_groote_fregly_2016 import DeGrooteFregly2016
 from exudyn_muscles.muscle.laws.millard_2012 import Millard2012
 from exudyn_muscles.muscle.laws.thelen_2003 import Thelen2003
 
-from ...opensim import REFERENCE, needs_opensim_files
+from ...own_models import FOLDER
 
-pytestmark = needs_opensim_files
-
-# The strain at one F0 is the muscle's; that of arm26's tendons is 0.033.
+# The strain at one F0 is the muscle's; that of the other unit is 0.033.
 LAWS = {
     "dgf": (DeGrooteFregly2016(), 0.049, 1e-12),
     "thelen": (Thelen2003(), 0.04, 1e-12),
-    "thelen_arm26": (
+    "thelen_other": (
         Thelen2003(kshape_active=0.5, kshape_passive=4.0, af=0.3, flen=1.8), 0.033, 1e-12,
     ),
     "millard": (Millard2012(), 0.049, 1e-9),
@@ -26,12 +22,13 @@ LAWS = {
 
 @pytest.fixture(scope="module")
 def tables():
-    return json.loads((REFERENCE / "curves.json").read_text())
+    with np.load(FOLDER / "curves.npz") as stored:
+        return dict(stored)
 
 
 def rows(tables, name):
     """Columns of a table."""
-    return np.array(tables[name], dtype=float).T
+    return tables[name].T
 
 
 def check(curve, table, tolerance, origin=0.0, scale=1.0):
@@ -67,7 +64,7 @@ def test_inverse_force_velocity(tables):
     np.testing.assert_allclose(inverse(f), v, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["thelen", "thelen_arm26"])
+@pytest.mark.parametrize("name", ["thelen", "thelen_other"])
 def test_force_velocity_with_activation(name, tables):
     law, _, tolerance = LAWS[name]
     a, force, v, f_v = rows(tables, f"{name}_fv_a_F_vN_fv")
