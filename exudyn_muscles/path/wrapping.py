@@ -70,6 +70,7 @@ def wrap_over_cylinder(radius, half_length, axis, side, P, Q, contact):
         return FREE, 0.0
     flat, rise = a + radius * turn + b, Q[2] - P[2]
     z_1, z_2 = P[2] + rise * (a / flat), Q[2] - rise * (b / flat)
+    half_length += (1.0 - INSIDE) * radius  # on the edge is not beyond it
     if abs(z_1) > half_length and abs(z_2) > half_length:
         return FREE, 0.0
     length = math.hypot(flat, rise)
