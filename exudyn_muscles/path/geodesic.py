@@ -85,16 +85,20 @@ def steps_over(radii, arc):
 
 
 @kernel
-def wrap_over_ellipsoid(radii, axis, side, P, Q, contact, work):
+def wrap_over_ellipsoid(radii, axis, side, around, P, Q, contact, work):
     """The geodesic, from the great circle in the sphere's coordinates as a guess.
 
     Where that is too far off, the sphere is deformed into the ellipsoid in steps. `work` (20, 8).
     Returns whether the line cuts the ellipsoid, and the arc, which is NaN if none was found.
     """
     shape, scaled_P, scaled_Q, frame = work[14, :3], work[14, 3:6], work[15, :3], work[16:19, :3]
+    scaled_around = work[16, 3:6]
     for k in range(3):
         scaled_P[k], scaled_Q[k] = P[k] / radii[k], Q[k] / radii[k]
-    wraps, angle, shortest = plane_of_arc(1.0, axis, side, WRONG_SIDE, scaled_P, scaled_Q, contact)
+        scaled_around[k] = around[k] * radii[k]  # of a cross product but for a factor
+    wraps, angle, shortest = plane_of_arc(
+        1.0, axis, side, WRONG_SIDE, scaled_around, scaled_P, scaled_Q, contact
+    )
     if not wraps:
         return False, 0.0
     # Axes of the circle of touching points: c towards P, and e continues the guess.

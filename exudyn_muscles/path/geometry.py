@@ -35,7 +35,7 @@ X = CURVES.start
 PARTS_OF_AN_ARC = 12  # in pictures
 
 # Numbers in the kernels' work space: a wrap's contact, frame and arc; a trial, an ellipsoid's.
-WORK_PER_WRAP, WORK = 12 + 12 + 1, 30 + 160
+WORK_PER_WRAP, WORK = 12 + 12 + 1, 33 + 160
 
 # A straight part that is shorter takes its direction from the surface that it touches [m]: of its
 # ends' difference rounding would leave too little.
@@ -155,7 +155,7 @@ def bent_geometry(
     frames = space[end + 12 * surfaces : end + 24 * surfaces].reshape((4 * surfaces, 3))
     arcs = space[end + 24 * surfaces : end + 25 * surfaces]
     end += WORK_PER_WRAP * surfaces
-    trial, work = space[end : end + 30].reshape((10, 3)), space[end + 30 :].reshape((20, 8))
+    trial, work = space[end : end + 33].reshape((11, 3)), space[end + 33 :].reshape((20, 8))
     for i in bent:
         if factor_starts[i] < factor_starts[i + 1]:
             l[i] = function_geometry(
@@ -326,7 +326,7 @@ def _rope(
     )  # fmt: skip
     count = lay(
         paths.rules, paths.starts, paths.wraps, paths.wrap_starts, i, R, p, x, q, rope, tags,
-        contacts, frames, np.empty((10, 3)), arcs, np.empty((20, 8)),
+        contacts, frames, np.empty((11, 3)), arcs, np.empty((20, 8)),
     )  # fmt: skip
     points = []
     for k in range(count):

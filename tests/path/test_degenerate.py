@@ -230,6 +230,34 @@ def test_on_the_edge_of_a_cylinder():
 
 
 @KINDS
+def test_between_the_sides(kind):
+    """Where a line passes the center neither on the right side nor on the wrong one, it takes the
+    shorter way, however that is rounded."""
+    rng = np.random.default_rng(0)
+    lines = {
+        "along the side": ([-0.06, 0.01, 0.0], [0.06, 0.01, 0.0]),
+        "towards the axis": ([0.0, 0.06, 0.0], [0.0, 0.03, 0.0]),
+    }
+    for (P, Q), wraps in zip(lines.values(), (True, False), strict=True):
+        lengths = []
+        for _ in range(100):
+            surface = dataclasses.replace(
+                SURFACES[kind],
+                position=rng.uniform(-1.0, 1.0, 3),
+                rotation=rng.uniform(-3.0, 3.0, 3),
+                side=rng.choice(["x", "-x"]),
+            )
+            rotation = Rotation.from_euler("XYZ", surface.rotation)
+            ends = [rotation.apply(x) + surface.position for x in (P, Q)]
+            lengths.append(straight_over(surface, *ends))
+        np.testing.assert_allclose(lengths, lengths[0], rtol=1e-9)
+        straight = np.linalg.norm(np.subtract(P, Q))
+        assert (lengths[0] > straight + 1e-4) == wraps
+        unsided = straight_over(SURFACES[kind], P, Q)
+        assert lengths[0] == pytest.approx(unsided, rel=1e-9)
+
+
+@KINDS
 def test_on_the_axis_and_at_the_center(kind):
     """These are inside: nothing wraps."""
     tree = slider()
@@ -239,3 +267,32 @@ def test_on_the_axis_and_at_the_center(kind):
             muscles = Muscles(tree, muscle(path, [SURFACES[kind]]), muscle(path, name="straight"))
             l, _, r, _ = muscles.geometry(np.zeros(1), np.zeros(1))
             assert l[0] == l[1] and (r[0] == r[1]).all()
+
+
+def test_surfaces_that_overlap():
+    """They displace each other from the muscle, or from their places along it: it comes to rest all
+    the same."""
+    rng = np.random.default_rng(0)
+    count = 0
+    for _ in range(150):
+        n = int(rng.integers(2, 5))
+
+        def surface(rng=rng, n=n):
+            kind = [em.WrapCylinder, em.WrapSphere][rng.integers(2)]
+            return kind(
+                rng.uniform(0.015, 0.03),
+                position=rng.normal(0.0, 0.01, 3),
+                link=int(rng.integers(-1, n)),
+                side=rng.choice(["x", "-x", "y", "-y"]),
+            )
+
+        path = [em.PathPoint(rng.normal(0.0, 0.05, 3), int(rng.integers(-1, n))) for _ in range(3)]
+        muscles = Muscles(chain(rng, n), muscle(path, [surface() for _ in range(3)]))
+        q, v = rng.uniform(-1.0, 1.0, n), random_direction(rng)[:n]
+        v = np.resize(v, n)
+        slope, apart = certified(lambda s, m=muscles, q=q, v=v: m.lengths(q + s * v)[0], 0.0, 0.1)
+        if apart < 1e-9:
+            speed = muscles.geometry(q, v).lengthening_speed[0]
+            assert speed == pytest.approx(slope, abs=1e-7)
+            count += 1
+    assert count > 130

@@ -109,7 +109,7 @@ def test_ellipsoid_against_another_integrator(seed):
     radii = 0.02 * rng.uniform(0.6, 1.8, 3)
     P, Q = (radii * random_direction(rng) * rng.uniform(1.01, 3.0) for _ in range(2))
     contact = np.empty((4, 3))
-    cut, arc = wrap_over_ellipsoid(radii, 0, 0.0, P, Q, contact, np.empty((20, 8)))
+    cut, arc = wrap_over_ellipsoid(radii, 0, 0.0, np.zeros(3), P, Q, contact, np.empty((20, 8)))
     if not cut or np.isnan(arc):
         return
     start, end, first, last = contact

@@ -1,0 +1,2 @@
+def check(rng):
+    return "x"
