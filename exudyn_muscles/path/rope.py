@@ -9,7 +9,7 @@ from .points import COORDINATE, HIGH, LOW
 from .surfaces import FIRST, LAST, LINK, POSITION, ROTATION
 from .wrapping import CUT, FREE, wrap_over
 
-SWEEPS = 100  # over the surfaces of one muscle
+SWEEPS = 300  # over the surfaces of one muscle
 # Surfaces that overlap can displace each other for ever. From this sweep on each stays where it is
 # in the order along the muscle and is passed on the same side; one that lets go stays off.
 SETTLED = 50

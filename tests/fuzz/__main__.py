@@ -18,6 +18,7 @@ import warnings
 from collections import Counter
 from contextlib import contextmanager
 
+import exudyn as exu
 import numpy as np
 
 from . import files, interrupts, models, paths, recruitments, windows
@@ -100,6 +101,7 @@ def main(arguments=None):
     given = parser.parse_args(arguments)
     if given.count is None and given.minutes == np.inf:
         parser.error("give --minutes or --count")
+    exu.config.printToConsole = False  # the solver's complaints about motions that are too violent
     seed = int(np.random.SeedSequence().entropy % 10**9) if given.seed is None else given.seed
     print(f"seed {seed}", flush=True)
     went = run(given.kind or list(KINDS), seed, given.minutes, given.count)
