@@ -6,13 +6,16 @@ import math
 
 from ..kernel import kernel
 from .points import COORDINATE, HIGH, LOW
-from .surfaces import FIRST, LAST, LINK, POSITION, ROTATION
+from .surfaces import FIRST, LAST, LINK, POSITION, ROTATION, SIDE
 from .wrapping import CUT, FREE, wrap_over
 
 SWEEPS = 300  # over the surfaces of one muscle
 # Surfaces that overlap can displace each other for ever. From this sweep on each stays where it is
 # in the order along the muscle and is passed on the same side; one that lets go stays off.
 SETTLED = 50
+# Where tangent points move on by as much as this [m], the muscle takes the shorter way over each
+# surface from this sweep on, whatever its side is: that makes it shorter, and so comes to an end.
+RESTLESS, SHORTEN = 1e-6, 150
 AT_REST = 1e-13  # movement of tangent points between two sweeps [m]
 
 
@@ -110,7 +113,11 @@ def lay(
     surface_frames(wraps, offset, offset + count, R, p, frames)
     P, Q, around = trial[0], trial[1], trial[10]
     around[:] = 0.0
+    sided, moved = True, 0.0
     for sweep in range(SWEEPS):
+        if sweep == SHORTEN and moved > RESTLESS:
+            sided = False
+            around[:] = 0.0
         moved = 0.0
         for w in range(count):
             first = starts[i] + int(wraps[offset + w, FIRST])
@@ -126,8 +133,9 @@ def lay(
                         copy_row(rope, later + 2, rope, later)
                     n -= 2
                     break
-            if sweep >= SETTLED:
+            if sweep >= SETTLED and sided:
                 cross(contact[0], contact[2], around)
+            side = wraps[offset + w, SIDE] if sided else 0.0
             place, least, arc, behind = -1, math.inf, 0.0, -1
             shift = 0.0
             for k in range(n - 1):
@@ -144,7 +152,7 @@ def lay(
                     continue
                 to_surface(frames, w, rope[k], P)
                 to_surface(frames, w, rope[k + 1], Q)
-                status, length = wrap_over(wraps, offset + w, around, P, Q, found, work)
+                status, length = wrap_over(wraps, offset + w, side, around, P, Q, found, work)
                 if status == FREE:
                     continue
                 longer = distance(P, found[0]) + length + distance(found[1], Q) - distance(P, Q)

@@ -17,7 +17,7 @@ import math
 from ..kernel import kernel
 from .geodesic import wrap_over_ellipsoid
 from .great_circle import INSIDE, ROUNDING, plane_of_arc
-from .surfaces import AXIS, CYLINDER, ELLIPSOID, HALF_LENGTH, RADII, SHAPE, SIDE
+from .surfaces import AXIS, CYLINDER, ELLIPSOID, HALF_LENGTH, RADII, SHAPE
 
 # Nothing wraps; it does but could be elsewhere; the straight line cuts the surface.
 FREE, WRAPPED, CUT = range(3)
@@ -28,12 +28,12 @@ FIRST_POINT, SECOND_POINT, FIRST_DIRECTION, SECOND_DIRECTION = range(4)
 
 
 @kernel
-def wrap_over(wraps, w, around, P, Q, contact, work):
+def wrap_over(wraps, w, side, around, P, Q, contact, work):
     """Write the contact (4, 3) of wrap `w` and return FREE, WRAPPED or CUT, and the arc [m].
 
-    `around` (3,) is zero, or about what it is to turn, whatever its side is.
+    `around` (3,) is zero, or about what the muscle is to turn, whatever the side is.
     """
-    radius, axis, side = wraps[w, START], int(wraps[w, AXIS]), wraps[w, SIDE]
+    radius, axis = wraps[w, START], int(wraps[w, AXIS])
     if wraps[w, SHAPE] == CYLINDER:
         return wrap_over_cylinder(
             radius, wraps[w, HALF_LENGTH], axis, side, around[2], P, Q, contact
