@@ -23,7 +23,9 @@ ABSOLUTE_ERROR = 5e-16  # where a curve passes zero: curves are of the size of o
 ROUNDING = 1e-13  # below this an error that does not shrink is the function's own rounding
 DEEPEST = 24  # halvings of one interval, where a kink is cut down to a ten-millionth of it
 MOST_PIECES = 20_000
-BINS = 2  # times the pieces of a curve
+# Bins of a curve: so many for each piece, or so many as wide as the median piece if that is more:
+# curves that are followed far out have narrow pieces where they bend, and there the kernels work.
+BINS, MOST_BINS = 2, 20_000
 
 # Chebyshev points with both ends, so that neighbouring pieces meet, and places in between.
 NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(6) / 5)
@@ -159,7 +161,8 @@ def pack(curves: Sequence[Curve]) -> PackedCurves:
     first_bin = first_piece = 0
     for curve in curves:
         start, end = curve.range
-        count = BINS * len(curve.pieces)
+        median = np.median(np.diff(curve.pieces[1:, ORIGIN]))
+        count = max(BINS * len(curve.pieces), min(int(BINS * (end - start) / median), MOST_BINS))
         edges = start + (end - start) * np.arange(count + 1) / count
         numbers = np.searchsorted(curve.pieces[:, END], edges, side="right")
         numbers[0] = 0  # also serves all that lies before it

@@ -60,42 +60,59 @@ SECOND = 3.0
 
 
 @kernel(inline=True)
-def activation_step(units, i, a, u, h):
-    """One step of the activation: its five later stages a_2 ... a_6 and six increments.
+def stage_rate(law, a, c, u, tau_a, tau_d, b, slope):
+    """f_a at a stage `a`; beyond `c`, the nearest place between the step's start and u, on a line
+    with the slope of the start."""
+    return activation_rate(law, c, u, tau_a, tau_d, b)[0] + slope * (a - c)
 
-    The step ends in a_6 plus the last increment, which is the estimate of its error, too.
+
+@kernel(inline=True)
+def activation_step(units, i, a, u, h):
+    """One step of the activation: its five later stages, its end and six increments, the last of
+    which is the estimate of the error.
+
+    Stages of a step far beyond the time constants cross u, which a does not: there the law is
+    another one, or none. The stages and the end that are returned lie between a and u.
     """
     law, b = units.table[i, ACTIVATION], units.table[i, SWITCH]
     tau_a, tau_d = units.table[i, TAU_A], units.table[i, TAU_D]
+    low, high = min(a, u), max(a, u)
     rate, slope, _ = activation_rate(law, a, u, tau_a, tau_d, b)
     w, d = 1.0 / (1.0 / (GAMMA * h) - slope), 1.0 / h
     u_1 = w * rate
     a_2 = a + A21 * u_1
-    u_2 = w * (activation_rate(law, a_2, u, tau_a, tau_d, b)[0] + d * C21 * u_1)
+    c_2 = min(max(a_2, low), high)
+    u_2 = w * (stage_rate(law, a_2, c_2, u, tau_a, tau_d, b, slope) + d * C21 * u_1)
     a_3 = a + A31 * u_1 + A32 * u_2
-    u_3 = w * (activation_rate(law, a_3, u, tau_a, tau_d, b)[0] + d * (C31 * u_1 + C32 * u_2))
+    c_3 = min(max(a_3, low), high)
+    u_3 = w * (stage_rate(law, a_3, c_3, u, tau_a, tau_d, b, slope) + d * (C31 * u_1 + C32 * u_2))
     a_4 = a + A41 * u_1 + A42 * u_2 + A43 * u_3
+    c_4 = min(max(a_4, low), high)
     u_4 = w * (
-        activation_rate(law, a_4, u, tau_a, tau_d, b)[0] + d * (C41 * u_1 + C42 * u_2 + C43 * u_3)
+        stage_rate(law, a_4, c_4, u, tau_a, tau_d, b, slope)
+        + d * (C41 * u_1 + C42 * u_2 + C43 * u_3)
     )
     a_5 = a + A51 * u_1 + A52 * u_2 + A53 * u_3 + A54 * u_4
+    c_5 = min(max(a_5, low), high)
     u_5 = w * (
-        activation_rate(law, a_5, u, tau_a, tau_d, b)[0]
+        stage_rate(law, a_5, c_5, u, tau_a, tau_d, b, slope)
         + d * (C51 * u_1 + C52 * u_2 + C53 * u_3 + C54 * u_4)
     )
     a_6 = a_5 + u_5
+    c_6 = min(max(a_6, low), high)
     u_6 = w * (
-        activation_rate(law, a_6, u, tau_a, tau_d, b)[0]
+        stage_rate(law, a_6, c_6, u, tau_a, tau_d, b, slope)
         + d * (C61 * u_1 + C62 * u_2 + C63 * u_3 + C64 * u_4 + C65 * u_5)
     )
-    return a_2, a_3, a_4, a_5, a_6, u_1, u_2, u_3, u_4, u_5, u_6
+    end = min(max(a_6 + u_6, low), high)
+    return c_2, c_3, c_4, c_5, c_6, end, u_1, u_2, u_3, u_4, u_5, u_6
 
 
 @kernel(inline=True)
 def activation_end(units, i, a, u, h):
     """Activation after one step, and the error of it."""
-    _, _, _, _, a_6, _, _, _, _, _, u_6 = activation_step(units, i, a, u, h)
-    return a_6 + u_6, abs(u_6)
+    _, _, _, _, _, end, _, _, _, _, _, u_6 = activation_step(units, i, a, u, h)
+    return end, abs(u_6)
 
 
 @kernel
@@ -105,7 +122,9 @@ def rosenbrock_step(units, i, a, u, l_t, start, c, t, h_n):
     Returns a, l_t, the errors of both, and df_SE/dl_t at the end.
     """
     _, rate, r_a, r_t, r_l, _ = start
-    a_2, a_3, a_4, a_5, a_6, u_1, u_2, u_3, u_4, u_5, u_6 = activation_step(units, i, a, u, h_n)
+    a_2, a_3, a_4, a_5, a_6, a_1, u_1, u_2, u_3, u_4, u_5, u_6 = activation_step(
+        units, i, a, u, h_n
+    )
     _, speed, acceleration = length_at(c, t)
     w, d = 1.0 / (1.0 / (GAMMA * h_n) - r_t), 1.0 / h_n
     moved = h_n * drift(units, i, r_l, speed, acceleration)
@@ -149,7 +168,7 @@ def rosenbrock_step(units, i, a, u, l_t, start, c, t, h_n):
     error = max(abs(end - at_stop(units, i, y, l)), SECOND * second)
     if end == y + y_6:  # the stop was not there for a fibre that came back from beyond it
         error = max(error, beyond)
-    return a_6 + u_6, end, abs(u_6), error, f_t
+    return a_1, end, abs(u_6), error, f_t
 
 
 @kernel

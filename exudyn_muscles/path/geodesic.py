@@ -8,7 +8,9 @@ The points that lines through P touch are a circle in the coordinates in which t
 unit sphere. Unknown are the angle phi on it and the arc s. How the end moves with phi says the
 Jacobi field, j'' + K j = 0 with Gauss's curvature K = det(D) / |D x|^4 (do Carmo: Differential
 Geometry of Curves and Surfaces, 1976, sections 3-3 and 5-5). A Newton iteration makes the
-geodesic's end touch the line to Q.
+geodesic's end touch the line to Q: Q is to lie in the tangent plane there. Two places fulfil that,
+one before and one behind Q, and close to the surface these are too near each other for Newton's
+method. There the iteration goes by the angle under which the end and Q are seen from the center.
 """
 
 from __future__ import annotations
@@ -28,6 +30,7 @@ ITERATIONS = 25
 LARGEST_TURN = 0.3  # of phi in one of them
 PARTS = (1, 4, 16)  # of the way from the sphere to the ellipsoid
 ACCURACY = 1e-13  # with which the end touches the line to Q, relative to their sizes
+CLOSE = 1e-3  # that angle in the sphere's coordinates [rad] where Q counts as close
 STEP = 0.35  # of the integration, in smallest radii of curvature
 
 # Dormand and Prince's method of order 8: Hairer, Norsett, Wanner: Solving ODEs I (1993), II.5.
@@ -82,16 +85,20 @@ def steps_over(radii, arc):
 
 
 @kernel
-def wrap_over_ellipsoid(radii, axis, side, P, Q, contact, work):
+def wrap_over_ellipsoid(radii, axis, side, around, P, Q, contact, work):
     """The geodesic, from the great circle in the sphere's coordinates as a guess.
 
     Where that is too far off, the sphere is deformed into the ellipsoid in steps. `work` (20, 8).
     Returns whether the line cuts the ellipsoid, and the arc, which is NaN if none was found.
     """
     shape, scaled_P, scaled_Q, frame = work[14, :3], work[14, 3:6], work[15, :3], work[16:19, :3]
+    scaled_around = work[16, 3:6]
     for k in range(3):
         scaled_P[k], scaled_Q[k] = P[k] / radii[k], Q[k] / radii[k]
-    wraps, angle, shortest = plane_of_arc(1.0, axis, side, WRONG_SIDE, scaled_P, scaled_Q, contact)
+        scaled_around[k] = around[k] * radii[k]  # of a cross product but for a factor
+    wraps, angle, shortest = plane_of_arc(
+        1.0, axis, side, WRONG_SIDE, scaled_around, scaled_P, scaled_Q, contact
+    )
     if not wraps:
         return False, 0.0
     # Axes of the circle of touching points: c towards P, and e continues the guess.
@@ -110,28 +117,31 @@ def wrap_over_ellipsoid(radii, axis, side, P, Q, contact, work):
     for k in range(6):
         guess[k] = contact[k // 3 * 2, k % 3]
     mean = (radii[0] * radii[1] * radii[2]) ** (1.0 / 3.0)
-    for parts in PARTS:
-        phi, ratio, found = 0.0, 1.0, True
-        for part in range(1, parts + 1):
-            for k in range(3):
-                shape[k] = radii[k]
-                if part < parts:
-                    shape[k] = mean * (radii[k] / mean) ** (part / parts)
-                contact[0, k], contact[2, k] = guess[k], guess[3 + k]
-            length = great_circle_length(shape, angle, contact)
-            found, phi, arc = touch(
-                shape, scaled_P, scaled_Q, p, frame, shortest, phi, ratio * length, contact, work
-            )  # fmt: skip
-            if not found:
-                break
-            ratio = arc / length
-        if found:
-            return True, arc
+    # Where the tangent plane leads nowhere the angle does.
+    for by_angle in (dot(scaled_Q, scaled_Q) < 1.0 + CLOSE * CLOSE, True):
+        for parts in PARTS:
+            phi, ratio, found = 0.0, 1.0, True
+            for part in range(1, parts + 1):
+                for k in range(3):
+                    shape[k] = radii[k]
+                    if part < parts:
+                        shape[k] = mean * (radii[k] / mean) ** (part / parts)
+                    contact[0, k], contact[2, k] = guess[k], guess[3 + k]
+                length = great_circle_length(shape, angle, contact)
+                found, phi, arc = touch(
+                    shape, scaled_P, scaled_Q, p, frame, shortest, by_angle, phi, ratio * length,
+                    contact, work,
+                )  # fmt: skip
+                if not found:
+                    break
+                ratio = arc / length
+            if found:
+                return True, arc
     return True, math.nan
 
 
 @kernel
-def touch(radii, scaled_P, scaled_Q, p, frame, shortest, phi, arc, contact, work):
+def touch(radii, scaled_P, scaled_Q, p, frame, shortest, by_angle, phi, arc, contact, work):
     """Newton's iteration for phi and the arc; returns whether it found them, and both.
 
     A geodesic may also be the longest among its neighbours, a saddle over the large axis of the
@@ -180,18 +190,24 @@ def touch(radii, scaled_P, scaled_Q, p, frame, shortest, phi, arc, contact, work
         ahead = d_x * y[3] + d_y * y[4] + d_z * y[5]
         # The second derivative of the length by phi, but for a factor: the end's Jacobi field.
         bend = y[6] + y[7] * ahead
-        if abs(above) + abs(beside) < ACCURACY * (size + abs(ahead)):
+        missing, sway = above, 0.0
+        if by_angle:
+            missing, sway = arc_to_go(y, b_x, b_y, b_z, radii, inverse_squares, scaled_Q)
+        if abs(missing) + abs(beside) < ACCURACY * (size + abs(ahead)):
             if shortest and bend < 0.0:
                 phi += LARGEST_TURN
                 continue
             for k in range(6):
                 contact[k // 3 * 2 + 1, k % 3] = y[k]
-            return ahead > -size * ACCURACY, phi, arc
-        turn_v = turning(y[3], y[4], y[5], n_x, n_y, n_z, d_x, d_y, d_z, above, inverse_squares)
-        turn_b = turning(b_x, b_y, b_z, n_x, n_y, n_z, d_x, d_y, d_z, above, inverse_squares)
+            return by_angle or ahead > -size * ACCURACY, phi, arc
         d_phi = beside / (abs(bend) if shortest else bend)
         d_phi = max(-LARGEST_TURN, min(LARGEST_TURN, d_phi))
-        arc_ahead = -(above * norm + (turn_v * slide + turn_b * y[6]) * d_phi) / turn_v
+        if by_angle:
+            arc_ahead = missing - (slide + sway * y[6]) * d_phi
+        else:
+            turn_v = turning(y[3], y[4], y[5], n_x, n_y, n_z, d_x, d_y, d_z, above, inverse_squares)
+            turn_b = turning(b_x, b_y, b_z, n_x, n_y, n_z, d_x, d_y, d_z, above, inverse_squares)
+            arc_ahead = -(above * norm + (turn_v * slide + turn_b * y[6]) * d_phi) / turn_v
         phi += d_phi
         arc = max(0.5 * arc, min(arc + arc_ahead, arc + size))
     return False, phi, arc
@@ -204,6 +220,22 @@ def binormal(y, inverse_squares):
     norm = math.sqrt(n_x * n_x + n_y * n_y + n_z * n_z)
     n_x, n_y, n_z = n_x / norm, n_y / norm, n_z / norm
     return n_y * y[5] - n_z * y[4], n_z * y[3] - n_x * y[5], n_x * y[4] - n_y * y[3]
+
+
+@kernel
+def arc_to_go(y, b_x, b_y, b_z, radii, inverse_squares, scaled_Q):
+    """How much arc is missing for the end to see Q under the right angle from the center, in the
+    sphere's coordinates, and how much of it a move by one along the binormal brings."""
+    D_x, D_y, D_z = inverse_squares[0] * y[3], inverse_squares[1] * y[4], inverse_squares[2] * y[5]
+    square = y[3] * D_x + y[4] * D_y + y[5] * D_z
+    speed = math.sqrt(square)
+    below = ahead = 0.0
+    for k in range(3):
+        below += y[k] / radii[k] * scaled_Q[k]
+        ahead += y[3 + k] / radii[k] * scaled_Q[k]
+    angle = math.atan2(ahead / speed, below)
+    right = math.atan(math.sqrt(max(dot(scaled_Q, scaled_Q) - 1.0, 0.0)))
+    return (angle - right) / speed, (b_x * D_x + b_y * D_y + b_z * D_z) / square
 
 
 @kernel

@@ -6,7 +6,8 @@ moving point has its own velocity on its link besides.
 
 The same holds where a muscle wraps: the tangent points move with the surface's link. That they
 also slide on the surface does not change the length, because a geodesic that the straight parts
-touch is stationary.
+touch is stationary. Where a straight part has no length, because a point lies on the surface or two
+surfaces touch, e is the geodesic's direction there.
 """
 
 from __future__ import annotations
@@ -27,14 +28,20 @@ from .points import COORDINATE, CURVES, Paths
 from .rope import distance, from_surface, is_arc, lay, surface_frames
 from .surfaces import CYLINDER, FIRST, HALF_LENGTH, LAST, LINK, RADII, SHAPE
 from .tree import PRISMATIC, Tree, link_frames, tree_frames
+from .wrapping import FIRST_DIRECTION, SECOND_DIRECTION
 
 X = CURVES.start
 
 PARTS_OF_AN_ARC = 12  # in pictures
 
 # Numbers in the kernels' work space: a wrap's contact, frame and arc; a trial, an ellipsoid's.
-WORK_PER_WRAP, WORK = 12 + 12 + 1, 30 + 160
+WORK_PER_WRAP, WORK = 12 + 12 + 1, 33 + 160
 
+# A straight part that is shorter takes its direction from the surface that it touches [m]: of its
+# ends' difference rounding would leave too little.
+SHORT = 1e-7
+# Path points so close together are one [m]; between them there is no direction.
+COINCIDENT = 1e-13
 
 NO_COLUMNS = np.empty((0, 0))
 
@@ -122,6 +129,18 @@ def add_own_motion(links, rules, curves, R, q, k, e, sign, r_i):
 
 
 @kernel
+def contact_direction(contacts, frames, a, b, e):
+    """Write the global direction of the muscle where a surface ends or begins the straight part
+    from tag `a` to tag `b`."""
+    w = (-1 - (a if a < 0 else b)) // 2
+    row = 4 * w + (SECOND_DIRECTION if a < 0 else FIRST_DIRECTION)
+    for column in range(3):
+        e[column] = 0.0
+        for axis in range(3):
+            e[column] += frames[4 * w + axis, column] * contacts[row, axis]
+
+
+@kernel
 def bent_geometry(
     joints, parents, R, p, axes, x, positions, links, starts, bent, rules, grids, bins, pieces,
     wraps, wrap_starts, factors, factor_starts, tags, e, space, q, l, r,
@@ -136,7 +155,7 @@ def bent_geometry(
     frames = space[end + 12 * surfaces : end + 24 * surfaces].reshape((4 * surfaces, 3))
     arcs = space[end + 24 * surfaces : end + 25 * surfaces]
     end += WORK_PER_WRAP * surfaces
-    trial, work = space[end : end + 30].reshape((10, 3)), space[end + 30 :].reshape((20, 8))
+    trial, work = space[end : end + 33].reshape((11, 3)), space[end + 33 :].reshape((20, 8))
     for i in bent:
         if factor_starts[i] < factor_starts[i + 1]:
             l[i] = function_geometry(
@@ -154,10 +173,13 @@ def bent_geometry(
                 continue
             d = distance(rope[k], rope[k + 1])
             l[i] += d
-            if d == 0.0:
+            if d < SHORT and min(a, b) < 0:
+                contact_direction(contacts, frames, a, b, e)
+            elif d < COINCIDENT:
                 continue
-            for row in range(3):
-                e[row] = (rope[k + 1, row] - rope[k, row]) / d
+            else:
+                for row in range(3):
+                    e[row] = (rope[k + 1, row] - rope[k, row]) / d
             for end, tag, sign in ((k + 1, b, -1.0), (k, a, 1.0)):
                 if tag >= 0:
                     link = links[tag]
@@ -199,7 +221,7 @@ def path_geometry(
                 e[row] = x[k + 1, row] - x[k, row]
             d = math.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
             l[i] += d
-            if links[k] == links[k + 1] or d == 0.0:
+            if links[k] == links[k + 1] or d < COINCIDENT:
                 continue
             for row in range(3):
                 e[row] /= d
@@ -304,7 +326,7 @@ def _rope(
     )  # fmt: skip
     count = lay(
         paths.rules, paths.starts, paths.wraps, paths.wrap_starts, i, R, p, x, q, rope, tags,
-        contacts, frames, np.empty((10, 3)), arcs, np.empty((20, 8)),
+        contacts, frames, np.empty((11, 3)), arcs, np.empty((20, 8)),
     )  # fmt: skip
     points = []
     for k in range(count):

@@ -6,15 +6,18 @@ import math
 
 from ..kernel import kernel
 
-INSIDE = 1.0 - 1e-9  # of the radius: a point on the surface is not inside
+# What is so little inside, beyond an edge or on the wrong side is not [radii, or of a direction].
+ROUNDING = 1e-9
+INSIDE = 1.0 - ROUNDING
 
 
 @kernel
-def plane_of_arc(radius, axis, side, tolerance, P, Q, contact):
+def plane_of_arc(radius, axis, side, tolerance, around, P, Q, contact):
     """Whether the line from P to Q cuts a sphere; the arc's angle; whether it is the shorter way.
 
     Writes the contact (4, 3). It is the longer way where the line passes the center on the wrong
-    side, further than `tolerance` of its distance.
+    side, further than `tolerance` of its distance; or the way that turns about `around` (3,), if
+    that is not zero.
     """
     p = math.sqrt(P[0] * P[0] + P[1] * P[1] + P[2] * P[2])
     q = math.sqrt(Q[0] * Q[0] + Q[1] * Q[1] + Q[2] * Q[2])
@@ -31,6 +34,9 @@ def plane_of_arc(radius, axis, side, tolerance, P, Q, contact):
     angle = math.atan2(cross, P[0] * Q[0] + P[1] * Q[1] + P[2] * Q[2])
     # How far the line passes the center on the right side.
     passes = side * (P[axis] + along * (Q[axis] - P[axis]))
+    wrong = passes < -tolerance * cross / math.sqrt(square)
+    if around[0] != 0.0 or around[1] != 0.0 or around[2] != 0.0:
+        wrong = n_x * around[0] + n_y * around[1] + n_z * around[2] < 0.0
     shorter = True
     if cross <= 1e-12 * p * q:
         # Straight through the center: towards the side, or any axis across the line.
@@ -41,7 +47,7 @@ def plane_of_arc(radius, axis, side, tolerance, P, Q, contact):
         contact[0, k], contact[0, i], contact[0, j] = 0.0, sign * P[j], -sign * P[i]
         n_x, n_y, n_z = contact[0, 0], contact[0, 1], contact[0, 2]
         cross = math.sqrt(n_x * n_x + n_y * n_y + n_z * n_z)
-    elif passes < -tolerance * cross / math.sqrt(square):
+    elif wrong:
         angle, cross, shorter = 2.0 * math.pi - angle, -cross, False
     n_x, n_y, n_z = n_x / cross, n_y / cross, n_z / cross
     a, b = math.sqrt(p * p - radius * radius), math.sqrt(q * q - radius * radius)

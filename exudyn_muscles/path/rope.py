@@ -6,10 +6,16 @@ import math
 
 from ..kernel import kernel
 from .points import COORDINATE, HIGH, LOW
-from .surfaces import FIRST, LAST, LINK, POSITION, ROTATION
+from .surfaces import FIRST, LAST, LINK, POSITION, ROTATION, SIDE
 from .wrapping import CUT, FREE, wrap_over
 
-SWEEPS = 100  # over the surfaces of one muscle
+SWEEPS = 300  # over the surfaces of one muscle
+# Surfaces that overlap can displace each other for ever. From this sweep on each stays where it is
+# in the order along the muscle and is passed on the same side; one that lets go stays off.
+SETTLED = 50
+# Where tangent points move on by as much as this [m], the muscle takes the shorter way over each
+# surface from this sweep on, whatever its side is: that makes it shorter, and so comes to an end.
+RESTLESS, SHORTEN = 1e-6, 150
 AT_REST = 1e-13  # movement of tangent points between two sweeps [m]
 
 
@@ -52,6 +58,13 @@ def is_arc(tag, following):
 @kernel
 def distance(a, b):
     return math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
+
+
+@kernel
+def cross(a, b, c):
+    for row in range(3):
+        j, k = (row + 1) % 3, (row + 2) % 3
+        c[row] = a[j] * b[k] - a[k] * b[j]
 
 
 @kernel
@@ -98,29 +111,39 @@ def lay(
         n += 1
     offset, count = wrap_starts[i], wrap_starts[i + 1] - wrap_starts[i]
     surface_frames(wraps, offset, offset + count, R, p, frames)
-    P, Q = trial[0], trial[1]
-    for _ in range(SWEEPS):
+    P, Q, around = trial[0], trial[1], trial[10]
+    around[:] = 0.0
+    sided, moved = True, 0.0
+    for sweep in range(SWEEPS):
+        if sweep == SHORTEN and moved > RESTLESS:
+            sided = False
+            around[:] = 0.0
         moved = 0.0
         for w in range(count):
             first = starts[i] + int(wraps[offset + w, FIRST])
             last = starts[i] + int(wraps[offset + w, LAST])
             contact, found = contacts[4 * w : 4 * w + 4], trial[2:6]
             # Off the surface, and look for a place.
-            had = False
+            before = -1
             for k in range(n):
                 if tags[k] == -1 - 2 * w:
-                    had = True
+                    before = k - 1
                     for later in range(k, n - 2):
                         tags[later] = tags[later + 2]
                         copy_row(rope, later + 2, rope, later)
                     n -= 2
                     break
+            if sweep >= SETTLED and sided:
+                cross(contact[0], contact[2], around)
+            side = wraps[offset + w, SIDE] if sided else 0.0
             place, least, arc, behind = -1, math.inf, 0.0, -1
             shift = 0.0
             for k in range(n - 1):
                 if tags[k] >= 0:
                     behind = tags[k]
                 elif is_arc(tags[k], tags[k + 1]):
+                    continue
+                if sweep >= SETTLED and k != before:
                     continue
                 ahead = k + 1
                 while tags[ahead] < 0:
@@ -129,7 +152,7 @@ def lay(
                     continue
                 to_surface(frames, w, rope[k], P)
                 to_surface(frames, w, rope[k + 1], Q)
-                status, length = wrap_over(wraps, offset + w, P, Q, found, work)
+                status, length = wrap_over(wraps, offset + w, side, around, P, Q, found, work)
                 if status == FREE:
                     continue
                 longer = distance(P, found[0]) + length + distance(found[1], Q) - distance(P, Q)
@@ -141,9 +164,9 @@ def lay(
                 if status == CUT:
                     break
             if place < 0:
-                moved = math.inf if had else moved
+                moved = math.inf if before >= 0 else moved
                 continue
-            moved = max(moved, shift) if had else math.inf
+            moved = max(moved, shift) if place == before + 1 else math.inf
             for row in range(4):
                 copy_row(trial, 6 + row, contact, row)
             arcs[w] = arc

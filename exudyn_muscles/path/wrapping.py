@@ -16,8 +16,8 @@ import math
 
 from ..kernel import kernel
 from .geodesic import wrap_over_ellipsoid
-from .great_circle import INSIDE, plane_of_arc
-from .surfaces import AXIS, CYLINDER, ELLIPSOID, HALF_LENGTH, RADII, SHAPE, SIDE
+from .great_circle import INSIDE, ROUNDING, plane_of_arc
+from .surfaces import AXIS, CYLINDER, ELLIPSOID, HALF_LENGTH, RADII, SHAPE
 
 # Nothing wraps; it does but could be elsewhere; the straight line cuts the surface.
 FREE, WRAPPED, CUT = range(3)
@@ -28,21 +28,26 @@ FIRST_POINT, SECOND_POINT, FIRST_DIRECTION, SECOND_DIRECTION = range(4)
 
 
 @kernel
-def wrap_over(wraps, w, P, Q, contact, work):
-    """Write the contact (4, 3) of wrap `w` and return FREE, WRAPPED or CUT, and the arc [m]."""
-    radius, axis, side = wraps[w, START], int(wraps[w, AXIS]), wraps[w, SIDE]
+def wrap_over(wraps, w, side, around, P, Q, contact, work):
+    """Write the contact (4, 3) of wrap `w` and return FREE, WRAPPED or CUT, and the arc [m].
+
+    `around` (3,) is zero, or about what the muscle is to turn, whatever the side is.
+    """
+    radius, axis = wraps[w, START], int(wraps[w, AXIS])
     if wraps[w, SHAPE] == CYLINDER:
-        return wrap_over_cylinder(radius, wraps[w, HALF_LENGTH], axis, side, P, Q, contact)
+        return wrap_over_cylinder(
+            radius, wraps[w, HALF_LENGTH], axis, side, around[2], P, Q, contact
+        )
     if wraps[w, SHAPE] == ELLIPSOID:
-        cut, arc = wrap_over_ellipsoid(wraps[w, START:END], axis, side, P, Q, contact, work)
+        cut, arc = wrap_over_ellipsoid(wraps[w, START:END], axis, side, around, P, Q, contact, work)
     else:
-        cut, arc, _ = plane_of_arc(radius, axis, side, 0.0, P, Q, contact)
+        cut, arc, _ = plane_of_arc(radius, axis, side, ROUNDING, around, P, Q, contact)
         arc *= radius
     return CUT if cut else FREE, arc
 
 
 @kernel
-def wrap_over_cylinder(radius, half_length, axis, side, P, Q, contact):
+def wrap_over_cylinder(radius, half_length, axis, side, around, P, Q, contact):
     """A helix, which is straight in the plane into which the cylinder unrolls."""
     p, q = math.hypot(P[0], P[1]), math.hypot(Q[0], Q[1])
     if min(p, q) < INSIDE * radius:
@@ -56,10 +61,14 @@ def wrap_over_cylinder(radius, half_length, axis, side, P, Q, contact):
     between = 0.0 < foot < square
     shorter = 1.0 if cross >= 0.0 else -1.0
     sense = shorter  # counterclockwise if positive
-    if side != 0.0:
+    if around != 0.0:
+        sense = 1.0 if around > 0.0 else -1.0
+    elif side != 0.0:
         if between:
-            sense = 1.0 if side * (d_y if axis == 0 else -d_x) >= 0.0 else -1.0
-        elif side * (P[axis] if foot <= 0.0 else Q[axis]) < 0.0:
+            leans = side * (d_y if axis == 0 else -d_x)
+            if leans * leans > ROUNDING * ROUNDING * square:
+                sense = 1.0 if leans > 0.0 else -1.0
+        elif side * (P[axis] if foot <= 0.0 else Q[axis]) < -ROUNDING * radius:
             sense = -shorter
     angle = math.atan2(abs(cross), P[0] * Q[0] + P[1] * Q[1])
     if sense != shorter:
@@ -70,6 +79,7 @@ def wrap_over_cylinder(radius, half_length, axis, side, P, Q, contact):
         return FREE, 0.0
     flat, rise = a + radius * turn + b, Q[2] - P[2]
     z_1, z_2 = P[2] + rise * (a / flat), Q[2] - rise * (b / flat)
+    half_length += ROUNDING * radius
     if abs(z_1) > half_length and abs(z_2) > half_length:
         return FREE, 0.0
     length = math.hypot(flat, rise)

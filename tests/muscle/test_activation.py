@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import exudyn_muscles as em
 from exudyn_muscles.muscle.activation import activation_rate, trapezoidal
-from exudyn_muscles.muscle.rosenbrock import activation_step
+from exudyn_muscles.muscle.rosenbrock import activation_end
 
 from ..differences import difference
 from . import hill
@@ -19,7 +19,7 @@ LEVELS = st.floats(0.01, 1.0)
 TAU_A, TAU_D = 0.015, 0.050
 
 
-def unit(law, smoothing=0.1):
+def unit(law, smoothing=0.1, **more):
     return em.Muscle(
         "unit",
         max_isometric_force=1000.0,
@@ -27,6 +27,7 @@ def unit(law, smoothing=0.1):
         tendon_slack_length=0.2,
         activation_dynamics=law,
         activation_dynamics_smoothing=smoothing,
+        **more,
     )
 
 
@@ -43,9 +44,8 @@ def rosenbrock(law, a, u, h, steps, smoothing=0.1):
     """Activation after `steps` steps, and the estimate of the last one's error."""
     units = em.MuscleSet([unit(law, smoothing)]).units
     for _ in range(steps):
-        stages = activation_step(units, 0, a, u, h / steps)
-        a = stages[4] + stages[10]
-    return a, abs(stages[10])
+        a, error = activation_end(units, 0, a, u, h / steps)
+    return a, error
 
 
 # -- the rates ------------------------------------------------------------------------------------
@@ -149,8 +149,8 @@ def test_a_trapezoidal_step_solves_its_equation(law, a, u, h, smoothing):
 @EVERY_LAW
 @given(a=LEVELS, u=LEVELS, h=st.floats(1e-7, 100.0), smoothing=st.sampled_from([0.1, 10.0, 1000.0]))
 def test_a_step_never_crosses_the_excitation(law, a, u, h, smoothing):
-    end = one_step(law, a, u, h, smoothing)
-    assert min(a, u) <= end <= max(a, u)
+    for end in (one_step(law, a, u, h, smoothing), rosenbrock(law, a, u, h, 1, smoothing)[0]):
+        assert min(a, u) <= end <= max(a, u)
 
 
 # -- both rules against the exact solution --------------------------------------------------------
@@ -214,3 +214,28 @@ def test_rosenbrock_damps_any_step():
     for a, u in PAIRS:
         end, _ = rosenbrock(em.ActivationDynamics.LINEAR_FILTER, a, u, 1e6, 1)
         assert end == pytest.approx(u, abs=1e-5)
+
+
+@EVERY_LAW
+@pytest.mark.parametrize("integrator", em.Integrator)
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
+def test_short_time_constants(law, integrator, tolerance):
+    """Steps may be far longer than these: between a and u nothing is lost of the accuracy."""
+    rng = np.random.default_rng(1)
+    for _ in range(40):
+        tau_a, tau_d = 10.0 ** rng.uniform(-4.0, -2.0, 2)
+        muscle = unit(
+            law,
+            smoothing=10.0 ** rng.uniform(-1.0, 2.0),
+            activation_time_constant=tau_a,
+            deactivation_time_constant=tau_d,
+            ignore_tendon_compliance=True,
+        )
+        a, u = rng.uniform(0.01, 1.0, 2)
+        window = 10.0 ** rng.uniform(0.0, 2.0) * (tau_a if u > a else tau_d)
+        end = em.integrate_window(
+            em.MuscleSet([muscle]), [a], [0.2], [u], ([0.3], [0.3]), ([0.0], [0.0]), window,
+            tolerance=tolerance, integrator=integrator,
+        ).activation[0]  # fmt: skip
+        assert min(a, u) <= end <= max(a, u)
+        assert end == pytest.approx(hill.activation(muscle, a, u, window), abs=0.2 * tolerance)

@@ -445,6 +445,37 @@ def test_rigid_tendons(law):
             assert end.tendon_length[0] == slack
 
 
+@EITHER_INTEGRATOR
+@EVERY_LAW
+def test_what_a_window_returns_the_next_one_takes(law, integrator):
+    """With time constants and tolerances from one end of what is allowed to the other."""
+
+    @given(
+        seed=st.integers(0, 2**32),
+        constants=st.tuples(*[st.sampled_from([-4.0, -3.5, -3.0]) | st.floats(-4.0, 1.0)] * 2),
+        excitations=st.lists(st.floats(0.01, 1.0) | st.sampled_from([0.01, 1.0]), min_size=3),
+        tolerance=st.sampled_from([1e-2, 1e-3, 1e-4]),
+        rigid=st.booleans(),
+    )
+    @hypothesis.settings(max_examples=40)
+    def check(seed, constants, excitations, tolerance, rigid):
+        muscle, a, l_t, _, l, v, *_ = hill.draw(np.random.default_rng(seed), law)
+        tau_a, tau_d = 10.0 ** np.array(constants)
+        muscle = dataclasses.replace(
+            muscle,
+            activation_time_constant=tau_a,
+            deactivation_time_constant=tau_d,
+            ignore_tendon_compliance=rigid,
+        )
+        for u in excitations:
+            state = np.array([a, l_t, u, l, v, l + 0.5 * hill.WINDOW * v, 0.0])[:, None]
+            end = integrate(em.MuscleSet([muscle]), state, integrator, tolerance)
+            assert min(a, u) <= end.activation[0] <= max(a, u)
+            a, l_t, l, v = end.activation[0], end.tendon_length[0], state[5, 0], 0.0
+
+    check()
+
+
 # -- sensitivity ----------------------------------------------------------------------------------
 
 

@@ -56,6 +56,27 @@ def test_tracks_and_replays(run):
     assert np.isfinite(again.coordinates).all()
 
 
+@pytest.mark.parametrize("run", [em.cosimulate, em.computed_muscle_control, em.static_optimization])
+def test_on_the_rim_of_a_pulley(run):
+    """As a micrometre outside of it."""
+
+    def result(outside):
+        def over(side, x, slack):
+            size = {**UNIT, "tendon_slack_length": slack}
+            end = em.PathPoint([0.0, -0.04 - outside, 0.0], link=0)
+            path, pulley = [em.PathPoint([x, 0.3, 0.0]), end], em.WrapCylinder(0.04, side=side)
+            return em.Muscle(f"over {side}", **size, path=path, wraps=[pulley])
+
+        return run(elbow([over("x", 0.02, 0.22), over("-x", -0.02, 0.27)]), MOTION)
+
+    on, near = result(0.0), result(1e-6)
+    assert on.status is near.status is em.Status.COMPLETE
+    assert not on.torques_unmet.any()
+    np.testing.assert_allclose(on.coordinates, near.coordinates, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(on.torques_delivered, near.torques_delivered, rtol=0.0, atol=1e-7)
+    np.testing.assert_allclose(on.tendon_forces, near.tendon_forces, rtol=0.0, atol=1e-3)
+
+
 def test_a_muscle_that_only_wraps_over_a_link_crosses_it():
     ends = [em.PathPoint([-0.1, 0.1, 0.0]), em.PathPoint([-0.1, -0.1, 0.0])]
     ball = em.WrapSphere(0.05, position=[-0.08, 0.0, 0.0], link=0)

@@ -109,7 +109,7 @@ def test_ellipsoid_against_another_integrator(seed):
     radii = 0.02 * rng.uniform(0.6, 1.8, 3)
     P, Q = (radii * random_direction(rng) * rng.uniform(1.01, 3.0) for _ in range(2))
     contact = np.empty((4, 3))
-    cut, arc = wrap_over_ellipsoid(radii, 0, 0.0, P, Q, contact, np.empty((20, 8)))
+    cut, arc = wrap_over_ellipsoid(radii, 0, 0.0, np.zeros(3), P, Q, contact, np.empty((20, 8)))
     if not cut or np.isnan(arc):
         return
     start, end, first, last = contact
@@ -256,6 +256,46 @@ def test_range_of_points():
         first + second, rel=1e-14
     )
     assert extra(em.PathWrap(surface, -2, -1)) == 0.0
+
+
+@pytest.mark.parametrize("closer", [0, 1], ids=["first", "second"])
+def test_the_first_segment_that_cuts(closer):
+    """It wraps, whether it gets longer by that than a later one or not."""
+    offset = [0.001, 0.015] if closer == 0 else [0.015, 0.001]  # of the lines from the axis
+    points = [[-0.06, offset[0], 0.0], [0.06, offset[0], 0.0], [0.06, -offset[1], 0.0],
+              [-0.06, -offset[1], 0.0]]  # fmt: skip
+    path = [em.PathPoint(x) for x in points]
+    surface = SURFACES["cylinder"]
+
+    def extra(*wraps):
+        both = Muscles(slider(), muscle(path, wraps), muscle(path, name="straight")).lengths([0.0])
+        return both[0] - both[1]
+
+    first, last = extra(em.PathWrap(surface, 0, 1)), extra(em.PathWrap(surface, 2, 3))
+    assert (first > last) == (closer == 0)
+    assert min(first, last) > 1e-4
+    assert extra(surface) == pytest.approx(first, rel=1e-12)
+    assert extra(em.PathWrap(surface, 1, 3)) == pytest.approx(last, rel=1e-12)
+
+
+def test_segments_that_do_not_cut():
+    """A muscle beside a cylinder on the wrong side is taken around it where that takes the least;
+    a segment that cuts comes before that."""
+    surface = em.WrapCylinder(0.02, side="x")
+    points = [[-0.06, -1.0, 0.0], [-0.021, 1.0, 0.0], [-0.021, -1.0, 0.0], [-0.05, 1.0, 0.0]]
+
+    def extra(points, *wraps):
+        path = [em.PathPoint(x) for x in points]
+        both = Muscles(slider(), muscle(path, wraps), muscle(path, name="straight")).lengths([0.0])
+        return both[0] - both[1]
+
+    each = [extra(points, em.PathWrap(surface, k, k + 1)) for k in range(3)]
+    assert 1e-3 < each[1] < min(each[0], each[2])
+    assert extra(points, surface) == each[1]
+    points += [[-0.01, 0.03, 0.0], [-0.01, -0.03, 0.0]]  # cuts, and close to the axis on both sides
+    last = extra(points, em.PathWrap(surface, 4, 5))
+    assert last > each[1]
+    assert extra(points, surface) == last
 
 
 def test_two_surfaces_in_one_segment():

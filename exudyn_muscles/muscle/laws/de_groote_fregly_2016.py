@@ -39,9 +39,10 @@ ZERO_LENGTH = 0.2  # fibre length where the passive force is zero, and the short
 # Tendon: f_SE = c1 exp(k_T (l_t - c2)) - c3; OpenSim changed c2 to 1, too.
 C_1, C_2, C_3, K_T = 0.2, 0.995, 0.25, 35.0
 OPENSIM_C_3 = 0.2
-# Beyond twice the maximum contraction velocity f_v and its inverse go on along their tangents: the
-# inverse grows exponentially and would overflow at small activation.
-FASTEST = 2.0
+# Beyond a hundred times the maximum contraction velocity f_v and its inverse go on along their
+# tangents: the inverse grows exponentially and would overflow at small activation. Few units get
+# beyond the usual range, which has its pieces to itself.
+USUAL, FASTEST = 2.0, 100.0
 # Farther ends of the curves: normalised fibre length, and tendon strain over e0.
 LONGEST = 3.0
 TENDON = (-20.0, 3.0)
@@ -67,10 +68,10 @@ def inverse_force_velocity(f, d_1, d_2, d_3, d_4):
 
 def force_velocity_curves(constants: tuple[float, float, float, float]) -> tuple[Curve, Curve]:
     """f_v and its inverse."""
-    ends = force_velocity(np.array([-FASTEST, FASTEST]), *constants)
+    breaks = np.array([-FASTEST, -USUAL, USUAL, FASTEST])
     return (
-        Curve(lambda v: force_velocity(v, *constants), (-FASTEST, FASTEST)),
-        Curve(lambda f: inverse_force_velocity(f, *constants), ends),
+        Curve(lambda v: force_velocity(v, *constants), breaks),
+        Curve(lambda f: inverse_force_velocity(f, *constants), force_velocity(breaks, *constants)),
     )
 
 
