@@ -145,7 +145,7 @@ def test_arms_that_are_rounding_are_none(demand):
 
 
 DEMANDS = [*10.0 ** np.arange(-9, 7), -0.066]
-# Arms and largest forces of what acts on a wrist beside a shoulder: nothing, rounding, tiny muscles.
+# Arms and largest forces of what acts on a wrist beside a shoulder.
 WRISTS = {
     "nothing": (0.0, 1000.0),
     "rounding": (3e-17, 1000.0),
@@ -186,7 +186,7 @@ def test_a_demand_that_is_rounding_of_another_is_none():
 
 @pytest.mark.parametrize("arm", [1e-17, -3e-18])
 def test_unlimited_actuators_do_not_act_through_rounding(arm):
-    """A force without limits and an arm of 1e-17 m is no torque, beside a muscle that is too weak."""
+    """A force without limits and an arm of 1e-17 m is no torque beside a weak muscle."""
     r = [[1.0, arm], [1.0, 0.0], [0.0, 0.05]]
     low, high = [-np.inf, -np.inf, 0.0], [np.inf, np.inf, 100.0]
     found = Case(r, [0.0, 8.0], low, high, [1e3, 1e3, 100.0]).solve()
