@@ -1,5 +1,7 @@
 """Static optimization: torques, physiological bounds, replay in a forward simulation."""
 
+import dataclasses
+
 import exudyn as exu
 import numpy as np
 import pytest
@@ -166,3 +168,18 @@ def test_a_strong_reserve_does_not_hide_a_joint_without_an_actuator(crosses):
     assert (result.torques_unmet[:, :2] == 0.0).all()
     np.testing.assert_allclose(result.torques_unmet[:, 2], result.torques_demanded[:, 2], rtol=1e-9)
     assert 0.01 < np.abs(result.torques_unmet[:, 2]).min() < 0.3
+
+
+@pytest.mark.parametrize(("to", "helps"), [(150.0, "left"), (210.0, "right")])
+def test_the_report_names_the_muscle_that_would_help(to, helps):
+    """Of two weak ones, by the sign of what is missing."""
+    built = pendulum.build()
+    weak = [dataclasses.replace(muscle, max_isometric_force=30.0) for muscle in built.muscles]
+    model = em.MusculoskeletalModel(built.mbs, 0, weak, coordinates=["theta"])
+    motion = em.Motion.from_waypoints([0.0, 0.4], np.radians([[180.0], [to]]))
+    with pytest.warns(em.UnmetTorqueWarning, match=f"{helps} pulled at most"):
+        result = em.static_optimization(model, motion)
+    short = result.torques_unmet[np.abs(result.torques_unmet[:, 0]).argmax(), 0]
+    arm = model.geometry(np.radians([0.5 * (180.0 + to)]), np.zeros(1)).moment_arms[:, 0]
+    assert short * arm[["left", "right"].index(helps)] > 0.0
+    assert result.saturated == ((helps,),)
