@@ -94,7 +94,7 @@ class Recruiter:
         Raises
         ------
         RecruitmentError
-            Something is not finite.
+            Something is not finite, or as `nearest`.
         """
         problem = ScaledProblem(r, Q_m, F_min, F_max, N)
         if not (np.isfinite(problem.A).all() and np.isfinite(problem.b).all()):
@@ -138,7 +138,7 @@ def nearest(problem: ScaledProblem, weights: np.ndarray) -> tuple[np.ndarray, fl
     Raises
     ------
     RecruitmentError
-        The nearest torque's residual is not acceptable.
+        The nearest torque's residual is not acceptable, as of demands whose squares overflow.
     """
     announce_compilation(two_levels)
     x = np.empty(problem.lb.size)
@@ -146,7 +146,7 @@ def nearest(problem: ScaledProblem, weights: np.ndarray) -> tuple[np.ndarray, fl
         problem.without_noise(), problem.b, problem.lb, problem.ub,
         weights + np.zeros(problem.b.size), x,
     )  # fmt: skip
-    if not first <= ACCEPTED_NEAREST:
+    if not (first <= ACCEPTED_NEAREST and np.isfinite(x).all()):
         raise RecruitmentError(
             f"no nearest torque found for {problem.b * problem.scale}, residual {first:.3g}"
         )
@@ -177,22 +177,18 @@ class ScaledProblem(qpsolvers.Problem):
         nothing = max(NOTHING, OF_LARGEST * np.abs(Q_m).max())
         self.unreachable = bool((np.abs(Q_m[idle]) > nothing).any())
         A[idle] = b[idle] = 0.0
-        self._forces, self._size, self._idle, self._nothing = (
-            (r, Q_m, F_min, F_max, N),
-            size,
-            idle,
-            nothing,
-        )
+        self._given, self._size = (r, Q_m, F_min, F_max, N), size
+        self._idle, self._nothing = idle, nothing
         super().__init__(np.eye(low.size), np.zeros(low.size), A=A, b=b, lb=low, ub=high)
 
     def without_noise(self) -> np.ndarray:
         """A (n, m) with zeros in place of arms that are rounding."""
-        arms = np.abs(self._forces[0].T)
+        arms = np.abs(self._given[0].T)
         return np.ascontiguousarray(np.where(arms <= NOISE * arms.max(), 0.0, self.A))
 
     def recruited(self, x: np.ndarray, residual: float) -> Recruitment:
         """The forces that `x` stands for, and what they deliver."""
-        r, Q_m, F_min, F_max, N = self._forces
+        r, Q_m, F_min, F_max, N = self._given
         F = np.clip(N * x, F_min, np.maximum(F_min, F_max))
         torque = r.T @ F
         unmet = Q_m - torque
@@ -207,7 +203,7 @@ class ScaledProblem(qpsolvers.Problem):
         the torque of `F`, all of which is rounding where nothing acts."""
         able = self.A * self.scale[:, None] * np.minimum(self._size, 1.0)
         able[:, (self.lb == 0.0) & (self.ub == 0.0)] = 0.0
-        terms = np.abs(self._forces[0].T) @ np.abs(F)
+        terms = np.abs(self._given[0].T) @ np.abs(F)
         terms[~self._idle] *= ROUNDING
         return np.maximum(UNMET * np.sqrt((able * able).sum(axis=1)), self._nothing + terms)
 

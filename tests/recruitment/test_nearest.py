@@ -100,6 +100,24 @@ def test_the_nearest_torque_is_shared_optimally(seed):
     check_optimal(reached, found._replace(unmet=np.zeros(3)))
 
 
+@pytest.mark.parametrize("reserved", [False, True])
+@pytest.mark.parametrize("size", [1e6, 1e12, 1e60, 1e150, 1e300])
+def test_demands_of_any_size(size, reserved):
+    """As of a simulation that is lost: answered, or an error where squares overflow."""
+    case = random_case(3, 9, 3)
+    case.Q_m = case.Q_m * size
+    if reserved:
+        case = with_reserves(case, hip=1.0, knee=1e-3)
+    try:
+        found = case.solve()
+    except em.RecruitmentError:
+        assert size > 1e100
+        return
+    assert found.residual <= 1e-13
+    np.testing.assert_array_equal(found.unmet == 0.0, [reserved, reserved, False])
+    assert np.isfinite(found.force).all()
+
+
 def test_coordinate_without_muscles_keeps_its_demand():
     case = Case([[0.05, 0.0], [-0.05, 0.0]], [10.0, 7.0], 0.0, 1000.0)
     found = case.solve()
