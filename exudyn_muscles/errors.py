@@ -104,6 +104,10 @@ class StartWarning(ExudynMusclesWarning):
     """A run starts away from the motion that it is to track."""
 
 
+class MotionWarning(ExudynMusclesWarning):
+    """A motion contradicts the model: angles that cannot be radians, a locked coordinate moves."""
+
+
 class SpanWarning(ExudynMusclesWarning):
     """A set-up asks for a longer span than its desired kinematics have."""
 

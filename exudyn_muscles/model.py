@@ -139,7 +139,7 @@ class MusculoskeletalModel:
         return self.skeleton.state_of_tree(*state)
 
     def tendon_forces(self, geometry: Geometry, a: np.ndarray, l_t: np.ndarray) -> np.ndarray:
-        """Tendon forces (m,) [N] of muscles in the state a, l_t (m,)."""
+        """Tendon forces (m,) [N] of muscles in the state a, l_t (m,); slack tendons do not push."""
         F = np.empty(a.size)
         tendon_forces(self.muscles.units, a, l_t, geometry.length, geometry.lengthening_speed, F)
         return F
@@ -147,10 +147,8 @@ class MusculoskeletalModel:
     def torque(
         self, geometry: Geometry, a: np.ndarray, l_t: np.ndarray, reserve: np.ndarray
     ) -> np.ndarray:
-        """Torques (n,) of muscles in the state a, l_t (m,) and of reserves (r,); slack tendons do
-        not push."""
-        F = self.tendon_forces(geometry, a, l_t)
-        torque = geometry.moment_arms.T @ np.maximum(F, 0.0)
+        """Torques (n,) of muscles in the state a, l_t (m,) and of reserves (r,)."""
+        torque = geometry.moment_arms.T @ self.tendon_forces(geometry, a, l_t)
         if reserve.size:
             torque += geometry.columns @ reserve
         return torque

@@ -8,14 +8,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import Enum
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 from scipy.interpolate import BPoly, BSpline, make_interp_spline
 
+from .doubts import warn_of_columns
 from .errors import MotionError, StorageError
 from .storage import read_storage
+
+if TYPE_CHECKING:
+    from .opensim.joints import Coordinate
 
 DEGREE = 5  # quintic: the accelerations are smooth
 
@@ -41,11 +46,16 @@ class Motion:
     ----------
     start, end : float
         Time span [s].
+    source : str or None
+        The file that it was read from.
     """
 
-    def __init__(self, times: np.ndarray, curve: BSpline | BPoly) -> None:
+    def __init__(
+        self, times: np.ndarray, curve: BSpline | BPoly, source: str | None = None
+    ) -> None:
         self._curves = (curve, curve.derivative(), curve.derivative(2))
         self.start, self.end = float(times[0]), float(times[-1])
+        self.source = source
 
     def __len__(self) -> int:
         """Number of coordinates."""
@@ -92,7 +102,7 @@ class Motion:
         if not start < end:
             raise MotionError(f"a motion from {start:g} to {end:g} s is empty")
         self([start, end])
-        return Motion(np.array([start, end]), self._curves[0])
+        return Motion(np.array([start, end]), self._curves[0], self.source)
 
     @classmethod
     def from_waypoints(
@@ -180,6 +190,7 @@ class Motion:
         *,
         cutoff: float | None = None,
         low_pass: LowPass = LowPass.BUTTERWORTH,
+        described: Sequence[Coordinate] = (),
     ) -> Motion:
         """The quintic spline through the samples in a storage file (`.sto`, `.mot`).
 
@@ -193,6 +204,9 @@ class Motion:
             rad or m, as a model's `skeleton.units`: degrees are converted.
         cutoff, low_pass
             As `from_samples`.
+        described : sequence of opensim.Coordinate
+            What the model's file says of its coordinates (`opensim.read_coordinates`): the ranges
+            that the motion should keep to, and what is locked.
 
         Raises
         ------
@@ -201,6 +215,11 @@ class Motion:
         MotionError
             As `from_samples`; names the file.
         FileNotFoundError
+
+        Warns
+        -----
+        MotionWarning
+            Angles that cannot be radians, or a column that moves a locked coordinate.
         """
         storage = read_storage(file)
         try:
@@ -211,9 +230,11 @@ class Motion:
                 raise MotionError(
                     f"coordinate '{coordinates[j]}' is {samples[k, j]} at t = {storage.time[k]:g} s"
                 )
-            return cls.from_samples(storage.time, samples, cutoff=cutoff, low_pass=low_pass)
+            motion = cls.from_samples(storage.time, samples, cutoff=cutoff, low_pass=low_pass)
         except (StorageError, MotionError) as error:
             raise type(error)(f"{file}: {error}") from error
+        warn_of_columns(storage, samples, coordinates, units, described, str(file))
+        return cls(np.array([motion.start, motion.end]), motion._curves[0], str(file))
 
     @classmethod
     def from_arrays(

@@ -348,6 +348,22 @@ def test_what_is_locked_or_switched_off_needs_nothing(write):
     assert list(setup.settings.control_limits) == ["flexor"]
 
 
+def test_desired_kinematics_that_contradict_the_model(write):
+    """Degrees without a word, of which only the range can tell, and a locked coordinate moves."""
+    limits = "<range>-1.5 1.5</range>"
+    inside = coordinates("shoulder", inside=limits) + coordinates("elbow", inside=LOCKED + limits)
+    joints = JOINT.format(kind="UniversalJoint", coordinates=inside, inside="")
+    columns = ("shoulder", np.degrees(SHOULDER) / 3.0), ("elbow", ELBOW)
+    file = write({"motion.mot": motion(*columns, degrees=False)}, {"joints": joints})
+    with pytest.warns(em.MotionWarning) as caught:
+        load(file)
+    first, second = (str(each.message) for each in caught)
+    assert "motion.mot: coordinate 'shoulder' runs from 0 to 5.73 rad" in first
+    assert "beyond its range of [-1.5, 1.5] rad: are these degrees?" in first
+    assert "coordinate 'elbow' runs from 0.2 to 0.275 rad, but the model holds it at 0.3" in second
+    assert "its range is [-1.5, 1.5] rad" in second
+
+
 def test_controllers_that_are_switched_off(write):
     controller = "<objects><ControlSetController><enabled>{}</enabled></ControlSetController>"
     load(write(ControllerSet=controller.format("false") + "</objects>"))

@@ -54,11 +54,12 @@ def load_model(
     if file.suffix.lower() == ".osim":
         if motion is None:
             raise ModelError(f"{file}: a model file of OpenSim needs --motion FILE.mot")
-        from .. import opensim
+        from ..opensim.load import read_model
 
-        model = opensim.load_model(file)
-        units = model.skeleton.units
-        return model, Motion.from_file(motion, model.coordinates, units, cutoff=cutoff)
+        model, described, _ = read_model(file)
+        return model, Motion.from_file(
+            motion, model.coordinates, model.skeleton.units, cutoff=cutoff, described=described
+        )
     if motion is not None or cutoff is not None:
         raise ModelError(f"{file}: --motion and --cutoff belong to an .osim file")
     parts: list[Any] = []

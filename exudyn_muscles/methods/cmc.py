@@ -106,6 +106,8 @@ def computed_muscle_control(
 
     Warns
     -----
+    MotionWarning
+        Angles that cannot be radians.
     UnmetTorqueWarning
         The muscles could not deliver the demanded torques; names the coordinates.
     """

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import number_within
+from ..doubts import warn_of_angles
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
@@ -158,6 +159,7 @@ def tracking_start(
     """
     check_motion(motion, model.coordinates)
     check_sizes(settings, model.coordinates)
+    warn_of_angles(motion, model.coordinates, model.skeleton.units)
     start = motion.start if start is None else start
     model.check_lengths(motion(np.linspace(start, motion.end, 101))[0])
     return start

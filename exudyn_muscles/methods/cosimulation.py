@@ -130,6 +130,8 @@ def cosimulate(
 
     Warns
     -----
+    MotionWarning
+        Angles that cannot be radians.
     UnmetTorqueWarning
         The muscles could not deliver the demanded torques; names the coordinates.
     StabilityWarning

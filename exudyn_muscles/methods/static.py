@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 
 from ..coupling import warn_of_unmet_torque
+from ..doubts import warn_of_angles
 from ..errors import FrozenBodiesWarning, warn
 from ..hold import hold
 from ..loads import check_external_forces
@@ -79,6 +80,8 @@ def static_optimization(
     -----
     FrozenBodiesWarning
         The mbs has other bodies, whose motion is unknown here.
+    MotionWarning
+        Angles that cannot be radians.
     UnmetTorqueWarning
         The muscles cannot deliver the motion's torques; names the coordinates.
     """
@@ -88,6 +91,7 @@ def static_optimization(
     step = settings.step
     check_motion(motion, model.coordinates)
     check_sizes(settings, model.coordinates)
+    warn_of_angles(motion, model.coordinates, model.skeleton.units)
     counts = Counts()
     record = Recorder("static", model, settings, counts, motion)
     steps = number_of_steps(motion.start, motion.end, step)

@@ -54,11 +54,8 @@ def unified_step(
         )  # fmt: skip
         if not converged:
             return i
-        if F > 0.0:
-            for j in range(q.size):
-                torque[j] += r[i, j] * F
-        else:  # a slack tendon does not push
-            F_l, F_v = 0.0, 0.0
+        for j in range(q.size):
+            torque[j] += r[i, j] * F
         trial[0, i], trial[1, i], trial[4, i], trial[5, i] = a, l_t, F_l, F_v
     return -1
 

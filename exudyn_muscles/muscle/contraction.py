@@ -14,8 +14,10 @@ fibres of `force_velocity.py` balance by their own formulas), and
 
 The fibre velocity is divided by cos(alpha), not multiplied: the pennation angle changes with the
 fibre length. The fibre stops at its shortest length; a path that is shorter still leaves the
-tendon slack. A rigid tendon has no state: l_t = l_ts, and the force follows from a, l and l'.
-Tension and lengthening are positive.
+tendon slack. Some curves f_SE go on below zero there (De Groote's as far as -0.2): the equations
+take them as they are, smooth as they have to be, but nothing pushes: what a unit does to the world
+is `pull`. A rigid tendon has no state: l_t = l_ts, and the force follows from a, l and l'. Tension
+and lengthening are positive.
 """
 
 from __future__ import annotations
@@ -182,8 +184,17 @@ def stopped_rate(units, i, a, l_t, l, l_rate):
 
 
 @kernel(inline=True)
+def pull(units, i, a, l_t, l, l_rate):
+    """`tendon_force` and its derivatives, but nothing where the tendon is slack."""
+    F, F_a, F_t, F_l, F_v = tendon_force(units, i, a, l_t, l, l_rate)
+    if F > 0.0:
+        return F, F_a, F_t, F_l, F_v
+    return 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+@kernel(inline=True)
 def tendon_force(units, i, a, l_t, l, l_rate):
-    """F [N] and its derivatives with respect to a, l_t, l and l'."""
+    """F [N] by the tendon's curve, and its derivatives with respect to a, l_t, l and l'."""
     if units.table[i, RIGID]:
         return rigid_force(units, i, a, l - l_t, l_rate)
     f, f_t = tendon(units, i, l_t)

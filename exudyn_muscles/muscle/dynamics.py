@@ -12,7 +12,7 @@ from ..errors import ParameterError
 from ..kernel import kernel
 from .activation import activation_rate
 from .arguments import as_rows, check_range
-from .contraction import fiber, fiber_force, stopped_rate, tendon, tendon_force
+from .contraction import fiber, fiber_force, pull, stopped_rate, tendon_force
 from .parameters import (
     ACTIVATION,
     BETA,
@@ -41,7 +41,7 @@ class MuscleDynamics(NamedTuple):
     Attributes
     ----------
     tendon_force : ndarray
-        F [N].
+        F [N], zero where the tendon is slack.
     fiber_length, fiber_velocity : ndarray
         l_m [m], l_m' [m/s].
     pennation_angle : ndarray
@@ -50,11 +50,11 @@ class MuscleDynamics(NamedTuple):
         f_l, f_v, f_PE.
     active_fiber_force, passive_fiber_force : ndarray
         F0 a f_l f_v, and the rest [N]: F0 (f_PE + beta v), or with another damper if the law has
-        one. The tendon force is zero where a rigid unit's fibre would push.
+        one. They may push where the tendon is slack; the tendon does not.
     tendon_length_rate, activation_rate : ndarray
         l_t' [m/s] and a' [1/s]; the latter NaN where no excitation was given.
     tendon_stiffness : ndarray
-        dF/dl_t [N/m]; infinite for a rigid tendon.
+        dF/dl_t [N/m]: zero where the tendon is slack, infinite if it is rigid.
     """
 
     tendon_force: np.ndarray
@@ -85,7 +85,8 @@ def dynamics(units, a, l_t, l, l_rate, u, rows):
         v = (l_rate[i] - l_t_rate) / (per_cos * units.table[i, V_M])
         s = units.table[i, V_REST] + (1.0 - units.table[i, V_REST]) * a[i]
         f_v = evaluate(units.curves, int(units.table[i, F_V]), v / s)[0]
-        rows[0, i] = tendon_force(units, i, a[i], l_t[i], l[i], l_rate[i])[0]
+        F, _, F_t, _, _ = pull(units, i, a[i], l_t[i], l[i], l_rate[i])
+        rows[0, i], rows[11, i] = F, np.inf if units.table[i, RIGID] else F_t
         rows[1, i], rows[2, i] = l_m, v * units.table[i, V_M]
         rows[3, i] = np.arctan2(units.table[i, WIDTH], p)
         rows[4, i], rows[5, i], rows[6, i] = f_l, f_v, f_PE
@@ -94,7 +95,8 @@ def dynamics(units, a, l_t, l, l_rate, u, rows):
         if units.table[i, FORM] != 0.0:
             bears = F0 * fiber_force(units, i, a[i], x, v)[0]
             if not (units.table[i, RIGID] or stopped):
-                bears = rows[0, i] * per_cos  # of a push there is no telling from the velocity
+                # Of a push there is no telling from the velocity.
+                bears = tendon_force(units, i, a[i], l_t[i], l[i], l_rate[i])[0] * per_cos
             rows[8, i] = bears - rows[7, i]
         rows[9, i] = l_t_rate
         rows[10, i] = activation_rate(
@@ -105,14 +107,13 @@ def dynamics(units, a, l_t, l, l_rate, u, rows):
             units.table[i, TAU_D],
             units.table[i, SWITCH],
         )[0]
-        rows[11, i] = np.inf if units.table[i, RIGID] else F0 * tendon(units, i, l_t[i])[1]
 
 
 @kernel
 def tendon_forces(units, a, l_t, l, l_rate, F):
-    """Write F (m,) [N]."""
+    """Write F (m,) [N], zero where the tendons are slack."""
     for i in range(a.size):
-        F[i] = tendon_force(units, i, a[i], l_t[i], l[i], l_rate[i])[0]
+        F[i] = pull(units, i, a[i], l_t[i], l[i], l_rate[i])[0]
 
 
 @kernel

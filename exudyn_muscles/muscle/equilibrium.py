@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..kernel import kernel
 from .arguments import as_rows, check_range
-from .contraction import fiber, fiber_force, tendon, tendon_force
+from .contraction import fiber, fiber_force, pull, tendon
 from .parameters import A_MIN, F_0, L_TS, P_MIN, PER_L_M0, RIGID, V_M, MuscleSet
 
 BISECTIONS = 100  # halves any bracket to the last bit
@@ -70,11 +70,12 @@ def equilibria(units, a, l, l_rate, rows):
         l_t = equilibrium_length(units, i, a[i], l[i], l_rate[i])
         p = max(l[i] - l_t, units.table[i, P_MIN])
         l_m, per_cos, _ = fiber(units, i, p)
-        F, _, _, stiffness, _ = tendon_force(units, i, a[i], l_t, l[i], l_rate[i])
+        F, _, _, stiffness, _ = pull(units, i, a[i], l_t, l[i], l_rate[i])
         speed = l_rate[i] / per_cos
         if not units.table[i, RIGID]:
             _, speed, k_t, k_m = moving_fiber(units, i, a[i], l[i], l_rate[i], p)
-            stiffness = units.table[i, F_0] * k_t * k_m / (k_t + k_m) if k_t > 0.0 else 0.0
+            taut = F > 0.0 and k_t > 0.0
+            stiffness = units.table[i, F_0] * k_t * k_m / (k_t + k_m) if taut else 0.0
         rows[0, i], rows[1, i], rows[2, i], rows[3, i], rows[4, i] = F, l_t, l_m, speed, stiffness
 
 
@@ -122,13 +123,14 @@ class Equilibrium(NamedTuple):
     Attributes
     ----------
     force : ndarray
-        Tendon force F [N].
+        Tendon force F [N], zero where the tendon is slack.
     tendon_length, fiber_length : ndarray
         l_t and l_m [m].
     fiber_velocity : ndarray
         l_m' [m/s].
     stiffness : ndarray
-        dF/dl [N/m] of fibre and tendon in series at fixed activation and velocity.
+        dF/dl [N/m] of fibre and tendon in series at fixed activation and velocity; zero where the
+        tendon is slack.
     """
 
     force: np.ndarray
@@ -164,8 +166,8 @@ def equilibrium(
     -------
     Equilibrium
         Where the path is too short to be taut, the fibre has its shortest length and the tendon is
-        slack. Of several equilibria (on the descending limb of f_l) the one with the longest fibre
-        that bisection meets.
+        slack: it does not push, whatever its curve says of such lengths. Of several equilibria (on
+        the descending limb of f_l) the one with the longest fibre that bisection meets.
 
     Raises
     ------

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..kernel import kernel
 from .activation import activation_rate, trapezoidal
-from .contraction import at_stop, drift, stopped_rate, tendon_force, tendon_rate
+from .contraction import at_stop, drift, pull, stopped_rate, tendon_force, tendon_rate
 from .course import (
     LEAST_STIFFNESS,
     MAX_STEPS,
@@ -157,7 +157,7 @@ def integrate_trapezoidal(
 def step(units, i, a_0, l_t, u, l_0, v_0, l_1, v_1, h):
     """One step of a and l_t.
 
-    Returns (converged, a, l_t, F, dF/dl_1, dF/dl_1').
+    Returns (converged, a, l_t, F, dF/dl_1, dF/dl_1'), the last three zero if the tendon is slack.
     """
     a_1 = trapezoidal(
         units.table[i, ACTIVATION],
@@ -175,7 +175,7 @@ def step(units, i, a_0, l_t, u, l_0, v_0, l_1, v_1, h):
     )
     if not converged:
         converged, l_t1, r_t, r_l = bisect_step(units, i, l_t, r, a_1, l_1, v_1, h)
-    F, _, F_t, F_l, F_v = tendon_force(units, i, a_1, l_t1, l_1, v_1)
+    F, _, F_t, F_l, F_v = pull(units, i, a_1, l_t1, l_1, v_1)
     if stopped:
         F_l = F_t
     elif not units.table[i, RIGID]:

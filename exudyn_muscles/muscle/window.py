@@ -86,9 +86,10 @@ class WindowEnd(NamedTuple):
     Attributes
     ----------
     activation, tendon_length, force : ndarray
-        a, l_t [m] and F [N].
+        a, l_t [m] and F [N], zero where the tendon is slack.
     sensitivity : ndarray
-        dF/du [N], good to some per cent of it and of F0 together.
+        dF/du [N], good to some per cent of it and of F0 together; of a slack tendon that of its
+        curve.
     steps : ndarray
         Number of steps taken.
     """
@@ -172,7 +173,7 @@ def integrate_window(
         mesh, steps, end,
     )  # fmt: skip
     check_window(failed, muscles, a, l_t, l_0, v_0, window)
-    return WindowEnd(end[0, 0], end[1, 0], end[2, 0], end[3, 0], steps[0])
+    return WindowEnd(end[0, 0], end[1, 0], np.maximum(end[2, 0], 0.0), end[3, 0], steps[0])
 
 
 def check_integration(tolerance: float, integrator: Integrator) -> float:

@@ -5,7 +5,7 @@ Translations along axes of the parent's frame come before rotations about axes t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +32,8 @@ class Coordinate:
         OpenSim keeps to the range where a user sets a value.
     locked : bool
         Held at its default value: the model has no such coordinate.
+    rotates : bool
+        It is an angle, or one besides what else it moves.
     """
 
     name: str
@@ -40,6 +42,7 @@ class Coordinate:
     range: tuple[float, float]
     clamped: bool
     locked: bool
+    rotates: bool = True
 
 
 class Axis(NamedTuple):
@@ -110,14 +113,17 @@ def read_axes(joint: Element) -> tuple[list[Coordinate], list[Axis]]:
     members = [*joint.items("coordinates"), *joint.items("CoordinateSet")]
     coordinates = [_coordinate(member) for member in members]
     if custom:
-        return coordinates, _custom_axes(joint, coordinates)
-    table = CLASSES[joint.tag]
-    if len(coordinates) != len(table):
-        raise joint.error(f"expected {len(table)} coordinates, found {len(coordinates)}")
-    line = Line(1.0, 0.0)
-    return coordinates, [
-        Axis(rotates, direction, coordinates[k], line, joint) for rotates, direction, k in table
-    ]
+        axes = _custom_axes(joint, coordinates)
+    else:
+        table = CLASSES[joint.tag]
+        if len(coordinates) != len(table):
+            raise joint.error(f"expected {len(table)} coordinates, found {len(coordinates)}")
+        line = Line(1.0, 0.0)
+        axes = [
+            Axis(rotates, direction, coordinates[k], line, joint) for rotates, direction, k in table
+        ]
+    turned = [axis.coordinate.name for axis in axes if axis.coordinate and axis.rotates]
+    return [replace(each, rotates=each.name in turned) for each in coordinates], axes
 
 
 def _coordinate(element: Element) -> Coordinate:

@@ -107,6 +107,8 @@ def load_setup(
 
     Warns
     -----
+    MotionWarning
+        Angles in the desired kinematics that cannot be radians, or a locked coordinate that moves.
     SpanWarning
         The file's span is longer than the desired kinematics, whose ends are taken instead.
     """
@@ -149,7 +151,7 @@ def load_setup(
     return CMCSetup(
         name,
         model,
-        _motion(tool, model, initial_time, final_time),
+        _motion(tool, content, initial_time, final_time),
         settings,
         _path(tool, tool.word("results_directory", default=".")),
     )
@@ -212,16 +214,15 @@ def _limits(tool: Element, content: Content) -> dict[str, ControlLimits]:
     return limits
 
 
-def _motion(
-    tool: Element, model: MusculoskeletalModel, start: float | None, end: float | None
-) -> Motion:
+def _motion(tool: Element, content: Content, start: float | None, end: float | None) -> Motion:
     cutoff = tool.number("lowpass_cutoff_frequency", -1.0)
     motion = Motion.from_file(
         _file(tool, "desired_kinematics_file"),
-        model.coordinates,
-        model.skeleton.units,
+        content.model.coordinates,
+        content.model.skeleton.units,
         cutoff=cutoff if cutoff > 0.0 else None,
         low_pass=LowPass.OPENSIM,
+        described=content.coordinates,
     )
     own = start is None and end is None
     start = _within(tool, "initial_time", motion) if start is None else start

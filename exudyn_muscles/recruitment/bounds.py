@@ -96,7 +96,7 @@ class ReachableForces:
         )  # fmt: skip
         self.integrations += count
         check_window(failed, self._muscles, a, l_t, l_0, v_0, self._h)
-        return Excitation(u, *end)
+        return Excitation(u, end[0], end[1], np.maximum(end[2], 0.0))
 
 
 def steady_bounds(
@@ -105,7 +105,7 @@ def steady_bounds(
     """The start's bounds: forces (m,) [N] of muscles that move steadily with the lengths `l`,
     speeds `v` and activations `u` (2, m)."""
     low, high = (_steady(muscles, np.ascontiguousarray(row), l, v)[0] for row in u)
-    return np.maximum(low, 0.0), np.maximum(high, 0.0)
+    return low, high
 
 
 def steady_state(

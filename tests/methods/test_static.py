@@ -1,7 +1,12 @@
 """Static optimization: torques, physiological bounds, replay in a forward simulation."""
 
+import dataclasses
+
+import exudyn as exu
 import numpy as np
 import pytest
+from exudyn.rigidBodyUtilities import HomogeneousTransformation, RotationMatrixX
+from exudyn.utilities import InertiaCylinder, RigidBodyInertia, TreeLink
 
 import exudyn_muscles as em
 from models import pendulum, planar_arm
@@ -118,3 +123,65 @@ def test_a_normalizer_that_does_not_fit_is_named(forces):
 def test_bad_settings_are_named(options):
     with pytest.raises(em.ParameterError):
         em.Static(**options)
+
+
+@pytest.mark.parametrize("crosses", [False, True], ids=["no arm", "arms of 1e-18 m"])
+def test_a_strong_reserve_does_not_hide_a_joint_without_an_actuator(crosses):
+    """Shoulder with a reserve of 1e6 N m, elbow with muscles, a hand on a wrist with nothing: the
+    muscles end before its axis, or on it."""
+    length = 0.26
+    arm = InertiaCylinder(density=1100, length=length, outerRadius=0.03, axis=1)
+    arm = arm.Translated([0, -0.5 * length, 0])
+    hand = RigidBodyInertia(mass=0.4, inertiaTensor=1e-3 * np.eye(3), com=[0, 0, 0])
+    hand = hand.Translated([0.03, -0.05, 0.0])
+    mbs = exu.SystemContainer().AddSystem()
+    places = [
+        (RotationMatrixX(0.3), [0.0, 0.0, 0.0], arm),
+        (np.eye(3), [0.0, -length, 0.0], arm),
+        (np.eye(3), [0.0, -length, 0.0], hand),
+    ]
+    links = [
+        TreeLink(
+            jointType=exu.JointType.RevoluteZ, parent=k - 1, linkInertia=inertia,
+            jointHT=HomogeneousTransformation(R, p),
+        )
+        for k, (R, p, inertia) in enumerate(places)
+    ]  # fmt: skip
+    tree = mbs.CreateKinematicTree(listOfTreeLinks=links, gravity=[0, -9.81, 0])
+    mbs.Assemble()
+    size = {"max_isometric_force": 2e3, "optimal_fiber_length": 0.16, "tendon_slack_length": 0.15}
+    end = em.PathPoint([0, 0, 0.01], link=2) if crosses else em.PathPoint([0, -0.2, 0.01], link=1)
+    muscles = [
+        em.Muscle(name, **size, path=[em.PathPoint([x, -0.15, 0.01], link=0), end])
+        for name, x in (("flexor", 0.05), ("extensor", -0.05))
+    ]
+    model = em.MusculoskeletalModel(
+        mbs, tree, muscles, coordinates=["shoulder", "elbow", "wrist"],
+        reserves=[em.Reserve("shoulder", 1e6), em.Reserve("elbow", 1.0)],
+    )  # fmt: skip
+    q = np.radians([0.0, 30.0, 10.0])
+    arms = model.geometry(q, np.zeros(3)).moment_arms[:, 2]
+    assert 1e-19 < np.abs(arms).max() < 1e-16 if crosses else not arms.any()
+    motion = em.Motion.from_waypoints([0.0, 0.1], [q, q])
+    with pytest.raises(em.UnmetTorqueError, match=r"short by \{'wrist': "):
+        em.static_optimization(model, motion, settings=em.Static(raise_on_unmet_torque=True))
+    with pytest.warns(em.UnmetTorqueWarning, match="wrist: demand out of reach in 10 of 10"):
+        result = em.static_optimization(model, motion)
+    assert (result.torques_unmet[:, :2] == 0.0).all()
+    np.testing.assert_allclose(result.torques_unmet[:, 2], result.torques_demanded[:, 2], rtol=1e-9)
+    assert 0.01 < np.abs(result.torques_unmet[:, 2]).min() < 0.3
+
+
+@pytest.mark.parametrize(("to", "helps"), [(150.0, "left"), (210.0, "right")])
+def test_the_report_names_the_muscle_that_would_help(to, helps):
+    """Of two weak ones, by the sign of what is missing."""
+    built = pendulum.build()
+    weak = [dataclasses.replace(muscle, max_isometric_force=30.0) for muscle in built.muscles]
+    model = em.MusculoskeletalModel(built.mbs, 0, weak, coordinates=["theta"])
+    motion = em.Motion.from_waypoints([0.0, 0.4], np.radians([[180.0], [to]]))
+    with pytest.warns(em.UnmetTorqueWarning, match=f"{helps} pulled at most"):
+        result = em.static_optimization(model, motion)
+    short = result.torques_unmet[np.abs(result.torques_unmet[:, 0]).argmax(), 0]
+    arm = model.geometry(np.radians([0.5 * (180.0 + to)]), np.zeros(1)).moment_arms[:, 0]
+    assert short * arm[["left", "right"].index(helps)] > 0.0
+    assert result.saturated == ((helps,),)

@@ -14,7 +14,7 @@ from exudyn_muscles.muscle.equilibrium import steady_activations
 from ..differences import certified, difference
 from ..zoo import LAWS
 from . import hill
-from .test_contraction import EITHER_INTEGRATOR, EITHER_TENDON, EVERY_LAW, NEVER_SLACK, units
+from .test_contraction import EITHER_INTEGRATOR, EITHER_TENDON, EVERY_LAW, units
 
 ACTIVATIONS = st.floats(0.01, 1.0)
 
@@ -59,7 +59,8 @@ def test_fiber_and_tendon_balance(law):
         F0, l_t = muscle.max_isometric_force, found.tendon_length
         x, _ = hill.fiber(muscle, l_t, l)
         assert found.fiber_length == pytest.approx(x * muscle.optimal_fiber_length, rel=1e-14)
-        assert found.force == pytest.approx(F0 * hill.tension(muscle, l_t), abs=1e-12 * F0)
+        tension = max(hill.tension(muscle, l_t), 0.0)  # slack tendons do not push
+        assert found.force == pytest.approx(F0 * tension, abs=1e-12 * F0)
         assert abs(found.fiber_velocity) == 0.0
         excess = hill.tension(muscle, l_t) - fiber_force(muscle, a, l_t, l)
         if l - l_t > hill.shortest(muscle) * (1.0 + 1e-9) + 1e-12:
@@ -84,9 +85,9 @@ def test_a_path_too_short_to_be_taut_leaves_the_tendon_slack(law):
             pull = 1e-3 * found.tendon_length / muscle.tendon_slack_length
             assert found.force == pytest.approx(pull * muscle.max_isometric_force, rel=1e-12)
         else:
-            assert found.force <= 1e-9
-        if not isinstance(law, NEVER_SLACK):
-            assert abs(found.force) <= 1e-12 * muscle.max_isometric_force
+            assert 0.0 <= found.force <= 1e-12 * muscle.max_isometric_force
+        if hill.tension(muscle, found.tendon_length) < -1e-12:
+            assert found.force == found.stiffness == 0.0
         if hill.shortest(muscle) > 0.0 and not isinstance(law, em.Thelen2003Deprecated):
             assert l - found.tendon_length == pytest.approx(hill.shortest(muscle), rel=1e-9)
         for integrator in em.Integrator:
@@ -196,6 +197,33 @@ def test_moving_units_share_the_speed_by_their_compliances(law):
 
 
 @EVERY_LAW
+@pytest.mark.parametrize("v", [-0.2, -0.05, 0.1])
+def test_on_the_descending_limb_the_fiber_takes_the_whole_speed_and_no_more(law, v):
+    """A fibre that weakens as it is stretched has a negative compliance, and would take more."""
+    muscle = em.Muscle(
+        "unit", max_isometric_force=1000.0, optimal_fiber_length=0.1, tendon_slack_length=1.0,
+        pennation_angle_at_optimal=0.2, law=law,
+    )  # fmt: skip
+    V = muscle.max_contraction_velocity * muscle.optimal_fiber_length
+    limb = 0
+    for stretch in np.linspace(1.1, 1.5, 9):
+        l = length(muscle, stretch) + 0.02
+
+        def along(p, l=l):
+            return fiber_force(muscle, 1.0, l - p, l)
+
+        found = of_one(muscle, 1.0, l, v)
+        p = l - found.tendon_length
+        if difference(along, p, 1e-6) < -0.1:
+            limb += 1
+            _, cos = hill.fiber(muscle, found.tendon_length, l)
+            assert found.fiber_velocity == pytest.approx(v * cos, rel=1e-9)
+            balances = cos * hill.projection_rate(muscle, 1.0, found.tendon_length, l)
+            assert found.fiber_velocity == pytest.approx(balances, rel=1e-8, abs=1e-8 * V)
+    assert limb >= 2
+
+
+@EVERY_LAW
 def test_a_moving_rigid_unit_moves_its_fiber_alone(law):
     @given(muscle=units(law, rigid=True), a=ACTIVATIONS, speed=st.floats(-5.0, 5.0))
     @settings(max_examples=30)
@@ -244,14 +272,14 @@ def test_stiffness_is_the_slope_of_the_force(law, rigid):
 
 @EVERY_LAW
 def test_a_slack_unit_without_force_has_no_stiffness(law):
-    if isinstance(law, NEVER_SLACK):
+    if isinstance(law, em.Thelen2003Deprecated):
         pytest.skip("its tendon is never slack")
     muscle = next(iter(slack_unit(law)))
     l = 0.9 * muscle.tendon_slack_length + hill.shortest(muscle)
     found = of_one(muscle, 0.5, l)
-    assert found.stiffness == 0.0 and abs(found.force) == 0.0
+    assert found.stiffness == found.force == 0.0
     moving = of_one(muscle, 0.5, l, -0.1)
-    assert abs(moving.force) == 0.0 and np.isfinite(moving).all()
+    assert moving.force == moving.stiffness == 0.0 and np.isfinite(moving).all()
 
 
 def slack_unit(law):

@@ -1,5 +1,7 @@
 """Reachable forces (8), (9), the excitation (11) between them, and the steady start."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -114,6 +116,40 @@ def test_excitation_ends_in_the_wanted_force(window):
         state = found.activation, found.tendon_length, window.l_1, window.v_1
         force = em.muscle_dynamics(window.muscles, *state).tendon_force
         np.testing.assert_allclose(force, found.force, rtol=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_unit_of_force_does_not_matter(seed):
+    """Muscles of a fly: excitations are those of muscles ten thousand times as strong."""
+    found = []
+    for scale in (1.0, 1e-4):
+        window = Window(seed)
+        window.muscles = em.MuscleSet(
+            dataclasses.replace(muscle, max_isometric_force=scale * muscle.max_isometric_force)
+            for muscle in window.muscles
+        )
+        reachable = window.reachable()
+        low, high = reachable.bounds(window.l_1, window.v_1)
+        for share in (1e-6, 0.01, 0.3, 0.9):
+            found.append(reachable.excite(low + share * (high - low)).excitation)
+    np.testing.assert_allclose(found[4:], found[:4], rtol=1e-6)
+    assert (np.array(found[1:4]) > 0.0101).all()
+
+
+def test_two_integrations_know_the_slope_better_than_the_sensitivity():
+    """With the Rosenbrock method every excitation takes half an integration more without secants,
+    4.35 on average."""
+    used = []
+    for seed in range(1, 8, 2):
+        window = Window(seed)
+        assert window.integrator is em.Integrator.ROSENBROCK
+        reachable = window.reachable()
+        low, high = reachable.bounds(window.l_1, window.v_1)
+        for _ in range(20):
+            before = reachable.integrations
+            reachable.excite(low + window.rng.uniform(0.0, 1.0, low.size) * (high - low))
+            used.append((reachable.integrations - before) / low.size)
+    assert 3.0 < np.mean(used) < 4.05
 
 
 def test_targets_outside_give_the_nearest_bound(window):
