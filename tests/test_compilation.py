@@ -167,8 +167,8 @@ def test_a_full_disk_is_done_without(load, tmp_path, caplog):
 
 IMPORTED = """
 import exudyn_muscles as em
-from exudyn_muscles.curves import evaluate
-print(em.simm_spline([0, 1, 2, 3], [0, 1, 8, 27])(1.5))
+from exudyn_muscles.curves import evaluate, pack
+print(evaluate(pack([em.simm_spline([0, 1, 2, 3], [0, 1, 8, 27])]), 0, 1.5)[0])
 print(sum(evaluate.stats.cache_hits.values()))
 """
 

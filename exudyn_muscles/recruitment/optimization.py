@@ -17,7 +17,6 @@ import numpy as np
 import qpsolvers
 from numpy.typing import ArrayLike
 
-from ..compilation import announce_compilation
 from ..errors import RecruitmentError
 from ..kernel import kernel
 from .nearest import two_levels
@@ -140,7 +139,6 @@ def nearest(problem: ScaledProblem, weights: np.ndarray) -> tuple[np.ndarray, fl
     RecruitmentError
         The nearest torque's residual is not acceptable, as of demands whose squares overflow.
     """
-    announce_compilation(two_levels)
     x = np.empty(problem.lb.size)
     first, second = two_levels(
         problem.without_noise(), problem.b, problem.lb, problem.ub,

@@ -120,7 +120,7 @@ def test_the_error_is_below_the_tolerance(kind, integrator, tolerance):
     """In 99 % of the windows, and never above ten times."""
     muscles, _, (a, l_t, F) = load(kind)
     end = ends(kind, integrator, tolerance)
-    error = abs(end.force - F) / muscles.max_isometric_force
+    error = abs(end.force - np.maximum(F, 0.0)) / muscles.max_isometric_force
     assert np.mean(error > tolerance) <= 0.01
     assert error.max() < 10.0 * tolerance, f"state {error.argmax()}"
     assert abs(end.activation - a).max() < tolerance
@@ -139,7 +139,7 @@ def test_fresh_draws(law):
     rng = np.random.default_rng(11)
     for _ in range(2):
         muscle, *state = hill.draw(rng, law)
-        F = hill.window(muscle, *state)[2]
+        F = max(hill.window(muscle, *state)[2], 0.0)
         for integrator, tolerance in itertools.product(em.Integrator, (1e-4, 1e-6)):
             end = integrate(em.MuscleSet([muscle]), np.array(state)[:, None], integrator, tolerance)
             assert abs(end.force[0] - F) < tolerance * muscle.max_isometric_force
@@ -568,8 +568,8 @@ def test_force_increases_with_excitation(integrator):
 
 @EITHER_INTEGRATOR
 def test_a_pushed_fibre_resists(integrator):
-    """Beyond the maximum shortening velocity the force-velocity curve is negative: F falls with u,
-    but not below slack by more than the curve's end."""
+    """Beyond the maximum shortening velocity the force-velocity curve is negative: the tendon gets
+    the shorter the higher u is, though by its curve alone, as a slack one does not push."""
     l_t, l = hill.tendon_length(MUSCLE, 100.0), hill.length(MUSCLE, 100.0, 0.1)
     v = -1.5  # m/s, 15 optimal lengths/s
     states = [[0.5], [l_t], [0.01], [l], [v], [l + v * hill.WINDOW], [v]]
@@ -577,9 +577,9 @@ def test_a_pushed_fibre_resists(integrator):
     low = integrate(muscles, states, integrator)
     states[2] = [1.0]
     high = integrate(muscles, states, integrator)
-    assert high.force[0] < low.force[0]
+    assert high.tendon_length[0] < low.tendon_length[0] < MUSCLE.tendon_slack_length
     assert high.sensitivity[0] < 0.0
-    assert high.force[0] > -0.2 * 1000.0
+    assert high.force[0] == low.force[0] == 0.0
 
 
 # -- errors ---------------------------------------------------------------------------------------

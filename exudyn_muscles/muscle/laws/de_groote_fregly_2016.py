@@ -68,10 +68,11 @@ def inverse_force_velocity(f, d_1, d_2, d_3, d_4):
 
 def force_velocity_curves(constants: tuple[float, float, float, float]) -> tuple[Curve, Curve]:
     """f_v and its inverse."""
-    breaks = np.array([-FASTEST, -USUAL, USUAL, FASTEST])
+    v = [-FASTEST, -USUAL, USUAL, FASTEST]
+    f = force_velocity(np.array(v), *constants).tolist()
     return (
-        Curve(lambda v: force_velocity(v, *constants), breaks),
-        Curve(lambda f: inverse_force_velocity(f, *constants), force_velocity(breaks, *constants)),
+        Curve(lambda v: force_velocity(v, *constants), v),
+        Curve(lambda f: inverse_force_velocity(f, *constants), f),
     )
 
 
