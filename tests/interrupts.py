@@ -1,48 +1,46 @@
-"""Exceptions raised at chosen lines of the package, as Ctrl-C can be at any of them."""
+"""Exceptions raised at chosen lines of Python, as Ctrl-C can be at any of them."""
 
+import contextlib
+import dataclasses
 import sys
 from collections import defaultdict
-from contextlib import contextmanager
 from pathlib import Path
 
-import exudyn_muscles as em
+# Not those of the tests; nor of contextlib, where a run that is interrupted between its hold and the
+# block lasts as long as the traceback; nor of `repr` of a dataclass, which remembers where it was.
+LEFT_OUT = (str(Path(__file__).parent), contextlib.__file__, dataclasses.__file__, "<")
 
-PACKAGE = str(Path(em.__file__).parent)
 
-
-class Tracer:
-    """Numbers the lines of the package as they are executed, and raises at one of them."""
+class traced:
+    """Numbers the lines that the block executes, the package's and those of its libraries; at the
+    line with the number `at` KeyboardInterrupt is raised."""
 
     def __init__(self, at=None):
         self.at = at
         self.lines = []
 
-    def __call__(self, frame, event, _):
-        return self._in_package if frame.f_code.co_filename.startswith(PACKAGE) else None
+    def __enter__(self):
+        sys.settrace(self._enter_frame)
+        return self
 
-    def _in_package(self, frame, event, _):
+    def __exit__(self, *_):
+        sys.settrace(None)
+
+    def _enter_frame(self, frame, event, _):
+        return None if frame.f_code.co_filename.startswith(LEFT_OUT) else self._in_frame
+
+    def _in_frame(self, frame, event, _):
         if event == "line":
             self.lines.append((frame.f_code.co_filename, frame.f_lineno))
             if len(self.lines) - 1 == self.at:
                 sys.settrace(None)
                 raise KeyboardInterrupt
-        return self._in_package
-
-
-@contextmanager
-def traced(at=None):
-    """The block's lines; at the line with the number `at` KeyboardInterrupt is raised."""
-    tracer = Tracer(at)
-    sys.settrace(tracer)
-    try:
-        yield tracer
-    finally:
-        sys.settrace(None)
+        return self._in_frame
 
 
 def lines_of(run, known):
-    """Numbers of executed lines at which lines of the package that are not `known` occur first and
-    last; they are known from then on."""
+    """Numbers of executed lines at which lines that are not `known` occur first and last; they are
+    known from then on."""
     with traced() as tracer:
         run()
     occurrences = defaultdict(list)

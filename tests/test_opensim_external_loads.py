@@ -160,6 +160,7 @@ def test_old_kinematics_are_not_used(write):
          "known"),
         ({"isDisabled": "perhaps"}, "isDisabled: expected true or false, got 'perhaps'"),
         ({"datafile": "no.mot"}, "datafile: there is no file"),
+        ({"datafile": "a" * 9000}, "datafile: there is no file"),
         ({"datafile": None}, "ExternalLoads: there is no datafile in it"),
         ({"datafile": ""}, "datafile: it is empty"),
         ({"rest": "<more/>"}, "ExternalLoads / more: this is not known"),

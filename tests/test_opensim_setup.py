@@ -452,6 +452,7 @@ MISSING = [
 ]  # fmt: skip
 REFUSED = [
     *(refused_setup(tag, "nothing.xml", "there is no file ") for tag in MISSING),
+    *(refused_setup(tag, "a" * 9000, "there is no file ") for tag in MISSING),  # cannot be one
     refused_setup("force_set_files", "reserves.xml nothing.xml", "there is no file "),
     *(
         refused_setup(tag, "", "it is empty")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -47,7 +48,7 @@ def read_external_loads(file: str | Path, bodies: Bodies) -> list[ExternalForce]
             raise force.error(f"there is another one, in line {lines[force.name]}")
         lines[force.name] = force.line
     data_file = Path(file).parent / loads.word("datafile").replace("\\", "/")
-    if not data_file.is_file():
+    if not os.path.isfile(data_file):
         raise loads.get("datafile").error(f"there is no file {data_file}")
     data = read_storage(data_file)
     return [_read_force(force, bodies, data, data_file) for force in forces]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -169,7 +170,7 @@ def _is_given(tool: Element, tag: str) -> bool:
 def _existing(element: Element, name: str) -> Path:
     """A file that a property names."""
     path = _path(element, name)
-    if not path.is_file():
+    if not os.path.isfile(path):  # False for names that no file can have, too
         raise element.error(f"there is no file {path}")
     return path
 

@@ -9,10 +9,10 @@ N. The unknowns of the quadratic program are x = F / N, its rows are scaled to l
 from __future__ import annotations
 
 import warnings
-from contextlib import nullcontext
 from enum import Enum
 from typing import NamedTuple
 
+import daqp
 import numpy as np
 import qpsolvers
 from numpy.typing import ArrayLike
@@ -24,6 +24,8 @@ from .nearest import two_levels
 # Accepted KKT residual of the scaled problem. DAQP reaches 1e-13, OSQP 1e-9 with these settings.
 ACCEPTED = 1e-7
 OSQP = {"eps_abs": 1e-8, "eps_rel": 1e-8, "polishing": True, "max_iter": 20000}
+# DAQP's infinity, and its mark of a row that is an equality.
+UNBOUNDED, EQUALITY = 1e30, 5
 # And of the nearest torque, over the terms that it is the sum of.
 ACCEPTED_NEAREST = 1e-12
 # A torque left over counts as unmet above this part of what the row's actuators can do, at their
@@ -113,19 +115,41 @@ def ask(solver: Solver, problem: ScaledProblem) -> tuple[np.ndarray, float] | No
     """x and its KKT residual, if the solver has an acceptable answer."""
     if problem.unreachable:
         return None
-    options = OSQP if solver is Solver.OSQP else {}
+    answer = SOLVERS[solver](problem)
+    if answer is None:
+        return None
+    residual = kkt_residual(*answer, problem.A, problem.b, problem.lb, problem.ub)
+    return (answer[0], residual) if residual <= ACCEPTED else None
+
+
+Answer = tuple[np.ndarray, np.ndarray] | None
+
+
+def _ask_daqp(problem: ScaledProblem) -> Answer:
+    """x and the multipliers of its rows.
+
+    Asked itself: through qpsolvers a Ctrl-C can end within ctypes, which swallow it.
+    """
+    n, m = problem.A.shape
+    high, low = np.concatenate([problem.ub, problem.b]), np.full(m + n, -UNBOUNDED)
+    low[:m] = problem.lb
+    sense = np.zeros(m + n, np.intc)
+    sense[m:] = EQUALITY
+    x, _, found, info = daqp.solve(problem.P, problem.q, problem.A, high, low, sense)
+    return (x, info["lam"][m:]) if found > 0 else None
+
+
+def _ask_osqp(problem: ScaledProblem) -> Answer:
     try:
-        with warnings.catch_warnings() if options else nullcontext():
-            if options:
-                warnings.simplefilter("ignore")  # what it gives up on is judged by its residual
-            solution = qpsolvers.solve_problem(problem, solver=solver.value, **options)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what it gives up on is judged by its residual
+            solution = qpsolvers.solve_problem(problem, solver="osqp", **OSQP)
     except (qpsolvers.SolverError, ArithmeticError):
         return None
-    x, y = solution.x, solution.y
-    if x is None or y is None:
-        return None
-    residual = kkt_residual(x, y, problem.A, problem.b, problem.lb, problem.ub)
-    return (x, residual) if residual <= ACCEPTED else None
+    return None if solution.x is None or solution.y is None else (solution.x, solution.y)
+
+
+SOLVERS = {Solver.DAQP: _ask_daqp, Solver.OSQP: _ask_osqp}
 
 
 def nearest(problem: ScaledProblem, weights: np.ndarray) -> tuple[np.ndarray, float]:

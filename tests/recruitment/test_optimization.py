@@ -70,17 +70,29 @@ def test_solvers_agree(name):
 @pytest.mark.parametrize("name", ZOO)
 def test_the_users_solver_is_asked_first(name, monkeypatch):
     asked = []
-    original = qpsolvers.solve_problem
 
-    def spy(problem, solver, **options):
-        asked.append(solver)
-        return original(problem, solver=solver, **options)
+    def spied(solver, original):
+        def spy(problem):
+            asked.append(solver)
+            return original(problem)
 
-    monkeypatch.setattr(optimization.qpsolvers, "solve_problem", spy)
+        return spy
+
+    for solver, original in list(optimization.SOLVERS.items()):
+        monkeypatch.setitem(optimization.SOLVERS, solver, spied(solver, original))
     for solver in em.Solver:
         asked.clear()
         ZOO[name].solve(solver)
-        assert asked[0] == solver.value
+        assert asked == [solver]
+
+
+@pytest.mark.parametrize("name", ZOO)
+def test_daqp_is_asked_as_qpsolvers_asks_it(name):
+    problem = ScaledProblem(*ZOO[name].arguments())
+    x, y = optimization.SOLVERS[em.Solver.DAQP](problem)
+    solution = qpsolvers.solve_problem(problem, solver="daqp")
+    np.testing.assert_array_equal(x, solution.x)
+    np.testing.assert_array_equal(y, solution.y)
 
 
 def test_duplicated_muscles_share():
@@ -130,9 +142,8 @@ def test_general_optimizer_finds_nothing_better(seed):
 
 def solved(case):
     problem = ScaledProblem(*case.arguments())
-    solution = qpsolvers.solve_problem(problem, solver="daqp")
-    rest = problem.A, problem.b, problem.lb, problem.ub
-    return solution.x, solution.y, rest
+    x, y = optimization.SOLVERS[em.Solver.DAQP](problem)
+    return x, y, (problem.A, problem.b, problem.lb, problem.ub)
 
 
 def test_residual_of_a_solution_is_zero():
@@ -176,22 +187,17 @@ def test_residual_sees_nan(position):
         assert np.isnan(kkt_residual(x, wrong, *rest))
 
 
-@pytest.mark.parametrize("wrong", ["nan", "far", "nothing", "error"])
+@pytest.mark.parametrize("wrong", ["nan", "far", "nothing"])
 def test_an_unusable_answer_is_found_without_the_solver(wrong, monkeypatch):
-    original = qpsolvers.solve_problem
+    original = optimization.SOLVERS[em.Solver.DAQP]
 
-    def broken(problem, solver, **options):
-        solution = original(problem, solver=solver, **options)
-        if solver == "daqp":
-            if wrong == "error":
-                raise qpsolvers.SolverError("no")
-            solution.found = True
-            solution.x = {"nan": solution.x * np.nan, "far": solution.x + 0.1}.get(wrong)
-        return solution
+    def broken(problem):
+        x, y = original(problem)
+        return {"nan": (x * np.nan, y), "far": (x + 0.1, y)}.get(wrong)
 
     case = ZOO["two coordinates"]
     good = case.solve()
-    monkeypatch.setattr(optimization.qpsolvers, "solve_problem", broken)
+    monkeypatch.setitem(optimization.SOLVERS, em.Solver.DAQP, broken)
     found = case.solve()
     assert found.residual <= ACCEPTED
     np.testing.assert_allclose(found.force, good.force, atol=1e-8 * case.N.max())
@@ -200,17 +206,27 @@ def test_an_unusable_answer_is_found_without_the_solver(wrong, monkeypatch):
 @pytest.mark.parametrize("name", ZOO)
 def test_no_solver_at_all(name, monkeypatch):
     """What serves out of reach finds the same forces within it."""
-
-    def broken(problem, solver, **options):
-        raise qpsolvers.SolverError("no")
-
     case = ZOO[name]
     good = case.solve()
-    monkeypatch.setattr(optimization.qpsolvers, "solve_problem", broken)
+    monkeypatch.setitem(optimization.SOLVERS, em.Solver.DAQP, lambda problem: None)
     found = case.solve()
     assert found.residual <= 1e-13
     assert (found.unmet == 0.0).all()
     np.testing.assert_allclose(found.force / case.N, good.force / case.N, rtol=0.0, atol=1e-11)
+
+
+def test_osqp_gives_up(monkeypatch):
+    """Whether it has no answer or raises an error of its own."""
+
+    def broken(problem, solver, **options):
+        raise qpsolvers.SolverError("no")
+
+    case = ZOO["two coordinates"]
+    good = case.solve()
+    monkeypatch.setitem(optimization.OSQP, "max_iter", 1)
+    np.testing.assert_allclose(case.solve(em.Solver.OSQP).force, good.force, rtol=1e-9)
+    monkeypatch.setattr(optimization.qpsolvers, "solve_problem", broken)
+    np.testing.assert_allclose(case.solve(em.Solver.OSQP).force, good.force, rtol=1e-9)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
