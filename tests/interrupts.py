@@ -2,12 +2,13 @@
 
 import contextlib
 import dataclasses
+import gc
 import sys
 from collections import defaultdict
 from pathlib import Path
 
-# Not those of the tests; nor of contextlib, where a run that is interrupted between its hold and the
-# block lasts as long as the traceback; nor of `repr` of a dataclass, which remembers where it was.
+# Not those of the tests; nor of contextlib, where a run that is interrupted between its hold and
+# the block lasts as long as the traceback; nor of a dataclass's `repr`, which then stays "...".
 LEFT_OUT = (str(Path(__file__).parent), contextlib.__file__, dataclasses.__file__, "<")
 
 
@@ -20,11 +21,13 @@ class traced:
         self.lines = []
 
     def __enter__(self):
+        gc.disable()  # what libraries do when it runs is executed at any time
         sys.settrace(self._enter_frame)
         return self
 
     def __exit__(self, *_):
         sys.settrace(None)
+        gc.enable()
 
     def _enter_frame(self, frame, event, _):
         return None if frame.f_code.co_filename.startswith(LEFT_OUT) else self._in_frame
