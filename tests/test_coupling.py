@@ -578,6 +578,31 @@ def test_a_changed_step_gets_a_matrix_of_its_own():
     assert shorter.newton_iterations / tried < plain.newton_iterations / plain.steps
 
 
+def test_css_extrapolates_over_steps_of_different_lengths():
+    """The demand is that of the state which the last two accepted steps lead to."""
+
+    def css(model, motion):
+        predictor = em.Predictor.EXTRAPOLATED_ACCELERATION
+        settings = em.Cosimulation(kp=KP, scheme=em.Scheme.SIMPLIFIED, predictor=predictor)
+        return em.CosimulationPlugin(model, motion, settings)
+
+    result = rejected_run(css, 0.01, True)
+    model, motion = pendulum.build(), pendulum.motion()
+    t, q, v, a = result.time, result.coordinates, result.speeds, result.accelerations
+    h = np.diff(t)
+    changes = np.flatnonzero(np.abs(np.diff(h)) > 1e-4) + 1
+    assert len(changes) > 8
+    for k in changes:
+        a_next = a[k] + (a[k] - a[k - 1]) * (h[k] / h[k - 1])
+        q_p = q[k] + h[k] * v[k] + 0.25 * h[k] ** 2 * (a[k] + a_next)
+        v_p = v[k] + 0.5 * h[k] * (a[k] + a_next)
+        q_d, v_d, a_d = motion(t[k + 1])
+        with model.skeleton.opened() as skeleton:
+            M, bias = skeleton.dynamics_at(q_p, v_p, t[k + 1])
+        wanted = M @ (a_d + 2.0 * KP**0.5 * (v_d - v_p) + KP * (q_d - q_p)) + bias
+        np.testing.assert_allclose(result.torques_demanded[k], wanted, rtol=1e-10)
+
+
 def test_static_optimization_leaves_the_state_of_the_users_run(model, motion):
     plugin_run(model, csf(model, motion), settings(end=0.3))
     before, t = model.skeleton.q.copy(), model.mbs.systemData.GetTime()

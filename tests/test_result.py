@@ -3,14 +3,17 @@
 import contextlib
 import dataclasses
 import json
+from time import process_time
 
 import numpy as np
 import pytest
 
 import exudyn_muscles as em
+from exudyn_muscles.path.geometry import Geometry
+from exudyn_muscles.result import _saturated
 from models import pendulum, planar_arm
 
-from .runs import KP
+from .runs import KP, plugin_run, settings, start_at
 
 
 @pytest.fixture(scope="module")
@@ -80,6 +83,38 @@ def test_a_forward_result_with_nan_survives_and_equals_itself(tmp_path):
     assert np.isnan(result.desired_coordinates).all()
     result.save(tmp_path / "forward.npz")
     assert em.Trajectory.load(tmp_path / "forward.npz").compare(result) is None
+
+
+def test_cpu_time_ends_with_the_run():
+    model, motion = pendulum.build(), pendulum.motion().between(0.0, 0.05)
+    start_at(model, motion)
+    plugin = em.CosimulationPlugin(model, motion)
+    plugin_run(model, plugin, settings(end=0.05))
+    taken = plugin.result().cpu_time
+    begun = process_time()
+    while process_time() < begun + 0.05:
+        pass
+    assert plugin.result().cpu_time == taken
+
+
+def test_the_saturated_muscles_are_those_that_were_at_their_limit_and_pull_the_right_way():
+    """At the window where most was missing, with the arms of that instant."""
+    names = ("full", "reaching", "against", "short arm")
+    arms = [[[0.04], [0.04], [-0.04], [1e-6]], [[0.04], [0.04], [0.04], [1e-6]]]
+    arms.append([[0.04], [0.04], [-0.04], [1e-6]])
+    geometry = [Geometry(*[np.zeros(4)] * 2, np.array(each)) for each in arms]
+    ends = np.array([0.1, 0.2])
+    high = np.array([[100.0, 100.0, 100.0, 100.0]] * 2)
+    optimal = np.array([[100.0, 80.0, 100.0, 100.0]] * 2)
+    time = np.array([0.0, 0.1, 0.2])
+    for missing, expected in (
+        ([[0.0], [2.0]], ("full",)),
+        ([[0.0], [-2.0]], ("against",)),
+        ([[2.0], [1.0]], ("full", "against")),
+        ([[0.0], [0.0]], ()),
+    ):
+        found = _saturated(names, time, ends, geometry, np.array(missing), optimal, high)
+        assert found == (expected,)
 
 
 def test_a_truncated_file_is_refused(csf, tmp_path):

@@ -145,6 +145,11 @@ def test_reserves_replay_with_steps_that_straddle_the_windows(step):
         cmc = again
 
 
+def test_a_new_matrix_in_every_step_where_it_saves_iterations():
+    counts = em.computed_muscle_control(planar_arm.build(), planar_arm.motion()).counts
+    assert counts.newton_iterations < 3.0 * counts.steps
+
+
 @pytest.mark.parametrize("name", ["window", "step"])
 def test_bad_settings_are_named(name):
     with pytest.raises(em.ParameterError, match=f"{name} = -1"):

@@ -122,6 +122,17 @@ def test_css_outside_its_limit_warns_with_the_limit(model, motion):
         run(model, motion, kp=1000.0, scheme=SIMPLIFIED)
 
 
+@pytest.mark.parametrize("predictor", em.Predictor)
+def test_the_warning_begins_at_the_limit(model, motion, predictor):
+    limit = css_limit(0.01, predictor)
+    short = motion.between(0.0, 0.02)
+    with pytest.warns(em.StabilityWarning):
+        run(model, short, kp=1.01 * limit, scheme=SIMPLIFIED, predictor=predictor)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        run(model, short, kp=0.99 * limit, scheme=SIMPLIFIED, predictor=predictor)
+
+
 def test_velocity_feedback_alone_can_be_unstable_too(model):
     still = em.Motion.from_waypoints([0.0, 0.02], [np.pi, np.pi])
     with pytest.warns(em.StabilityWarning, match="kp = 0, kv = 1000"):

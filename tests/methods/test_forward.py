@@ -1,5 +1,7 @@
 """Forward dynamics: against muscle states as Exudyn ODE1 coordinates, and convergence."""
 
+import dataclasses
+
 import exudyn as exu
 import numpy as np
 import pytest
@@ -126,6 +128,34 @@ def test_starts_in_the_steady_state_of_the_first_excitations():
     np.testing.assert_allclose(result.coordinates, np.pi, rtol=0, atol=1e-10)
     np.testing.assert_allclose(np.ptp(result.tendon_forces, axis=0), 0.0, rtol=0, atol=1e-6)
     np.testing.assert_allclose(result.activations, 0.3, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("step", [0.001, 0.01])
+def test_reserves_run_linearly_within_a_window(step):
+    built = pendulum.build()
+    reserves = [em.Reserve("q0", 10.0)]
+    model = em.MusculoskeletalModel(built.mbs, 0, built.muscles, reserves=reserves)
+    given = em.Excitations([0.0, 0.02, 0.03], [[0.1, 0.2]] * 2, [[1.0], [5.0], [-4.0]])
+    result = em.forward_dynamics(model, given, settings=em.Forward(step=step))
+    q, v, F = result.coordinates, result.speeds, result.tendon_forces
+    arms = np.array([model.geometry(*state).moment_arms[:, 0] for state in zip(q, v, strict=True)])
+    carried = result.torques_delivered[:, 0] - (arms * F).sum(axis=1)
+    expected = np.interp(result.time, given.time, given.reserves[:, 0])
+    np.testing.assert_allclose(carried, expected, rtol=0.0, atol=1e-9)
+
+
+def test_rigid_tendons_start_with_their_own_length():
+    built = pendulum.build()
+    rigid = [dataclasses.replace(muscle, ignore_tendon_compliance=True) for muscle in built.muscles]
+    model = em.MusculoskeletalModel(built.mbs, 0, rigid)
+    q, v, a, l_t = initial_state(model)
+    stretched = em.Excitations([0.0, 0.01], [[0.5, 0.1]], initial=(q, v, a, 1.01 * l_t))
+    exact = em.Excitations([0.0, 0.01], [[0.5, 0.1]], initial=(q, v, a, l_t))
+    runs = [em.forward_dynamics(model, given) for given in (stretched, exact)]
+    for name in ("tendon_lengths", "fiber_lengths", "tendon_forces", "coordinates"):
+        np.testing.assert_array_equal(*(getattr(run, name) for run in runs))
+    slack = [muscle.tendon_slack_length for muscle in rigid]
+    np.testing.assert_array_equal(runs[0].tendon_lengths, np.tile(slack, (11, 1)))
 
 
 def test_excitations_below_the_minimum_activation_count_as_the_minimum():

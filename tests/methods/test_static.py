@@ -110,6 +110,17 @@ def test_a_tendon_too_long_for_the_motion_is_named():
         em.cosimulate(model, pendulum.motion(), settings=em.Cosimulation(kp=KP))
 
 
+def test_the_step_is_the_settings_or_the_arguments():
+    model, motion = pendulum.build(), pendulum.motion().between(0.0, 0.1)
+    settings = em.Static(step=0.02)
+    runs = (
+        em.static_optimization(model, motion, settings=settings),
+        em.static_optimization(model, motion, settings=settings, step=0.05),
+    )
+    for result, step in zip(runs, (0.02, 0.05), strict=True):
+        np.testing.assert_allclose(np.diff(result.time), step)
+
+
 @pytest.mark.parametrize("forces", [np.zeros(2), np.ones(3), np.array([1.0, np.nan])])
 def test_a_normalizer_that_does_not_fit_is_named(forces):
     settings = em.Static(normalizer=lambda muscles, F_max, geometry: forces)
