@@ -5,9 +5,9 @@ from __future__ import annotations
 from ..kernel import kernel
 
 MAX_STEPS = 10000  # of one window
-# Shortest step over the window. Weak fibres under high force have time constants of 1e-9 s, and a
-# kink takes a small part of that.
-SHORTEST = 1e-15
+# Shortest step over the window. Weak fibres under high force have time constants of 1e-12 s, and
+# what is shorter than rounding of 1 s is no step.
+SHORTEST = 1e-18
 # A mesh that is used again serves as long as no step's error is this many times what was allowed.
 REUSE = 10.0
 # An error of l_t counts with no less than this part of F0 per stretch at F0: a slack tendon bears

@@ -133,41 +133,37 @@ def rosenbrock_step(units, i, a, u, l_t, start, c, t, h_n):
     l, v, _ = length_at(c, t + T2 * h_n)
     y = l_t + A21 * y_1
     beyond = y - at_stop(units, i, y, l)
-    y_2 = w * (tendon_rate(units, i, a_2, y, l, v)[0] + r_a * u_2 + G2 * moved + d * C21 * y_1)
+    f = tendon_rate(units, i, a_2, y, l, v)[0]
+    nearer = max(rate - speed, f - v)
+    y_2 = w * (f + r_a * u_2 + G2 * moved + d * C21 * y_1)
     l, v, _ = length_at(c, t + T3 * h_n)
     y = l_t + A31 * y_1 + A32 * y_2
     beyond = max(beyond, y - at_stop(units, i, y, l))
-    y_3 = w * (
-        tendon_rate(units, i, a_3, y, l, v)[0]
-        + r_a * u_3
-        + G3 * moved
-        + d * (C31 * y_1 + C32 * y_2)
-    )
+    f = tendon_rate(units, i, a_3, y, l, v)[0]
+    nearer = max(nearer, f - v)
+    y_3 = w * (f + r_a * u_3 + G3 * moved + d * (C31 * y_1 + C32 * y_2))
     l, v, _ = length_at(c, t + T4 * h_n)
     y = l_t + A41 * y_1 + A42 * y_2 + A43 * y_3
     beyond = max(beyond, y - at_stop(units, i, y, l))
-    y_4 = w * (
-        tendon_rate(units, i, a_4, y, l, v)[0]
-        + r_a * u_4
-        + G4 * moved
-        + d * (C41 * y_1 + C42 * y_2 + C43 * y_3)
-    )
+    f = tendon_rate(units, i, a_4, y, l, v)[0]
+    nearer = max(nearer, f - v)
+    y_4 = w * (f + r_a * u_4 + G4 * moved + d * (C41 * y_1 + C42 * y_2 + C43 * y_3))
     l, v, _ = length_at(c, t + h_n)
     y = l_t + A51 * y_1 + A52 * y_2 + A53 * y_3 + A54 * y_4
     beyond = max(beyond, y - at_stop(units, i, y, l))
-    y_5 = w * (
-        tendon_rate(units, i, a_5, y, l, v)[0]
-        + r_a * u_5
-        + d * (C51 * y_1 + C52 * y_2 + C53 * y_3 + C54 * y_4)
-    )
+    f = tendon_rate(units, i, a_5, y, l, v)[0]
+    nearer = max(nearer, f - v)
+    y_5 = w * (f + r_a * u_5 + d * (C51 * y_1 + C52 * y_2 + C53 * y_3 + C54 * y_4))
     y += y_5
     rate, _, _, _, f_t = tendon_rate(units, i, a_6, y, l, v)
     y_6 = w * (rate + r_a * u_6 + d * (C61 * y_1 + C62 * y_2 + C63 * y_3 + C64 * y_4 + C65 * y_5))
     end = at_stop(units, i, y + y_6, l)
     second = abs(y_5) * math.sqrt(abs(y_5) * units.table[i, PER_STRETCH])
     error = max(abs(end - at_stop(units, i, y, l)), SECOND * second)
-    if end == y + y_6:  # the stop was not there for a fibre that came back from beyond it
-        error = max(error, beyond)
+    if end == y + y_6:
+        # The stop was not there for a fibre that came back from beyond it; but no farther than it
+        # moves itself, as one that bears nothing does not.
+        error = max(error, min(beyond, h_n * nearer))
     return a_1, end, abs(u_6), error, f_t
 
 

@@ -358,6 +358,39 @@ def test_a_fibre_at_rest_takes_few_steps(law, integrator):
 
 
 @EITHER_INTEGRATOR
+@pytest.mark.parametrize("distance", [0.0, 5e-15, 1e-12, 1e-10])
+def test_a_fibre_goes_along_with_its_stop(distance, integrator):
+    """With a slack tendon it bears nothing: near the stop it moves as the path does."""
+    muscle = em.Muscle(
+        "m", max_isometric_force=464.0, optimal_fiber_length=0.254, tendon_slack_length=0.0445,
+        law=em.Millard2012(),
+    )  # fmt: skip
+    shortest = muscle.shortest_fiber + distance
+    l_0, l_1, l_t = 0.1509, 0.1326, 0.1509 - shortest
+    assert l_t < 0.9 * muscle.tendon_slack_length
+    state = 0.356, l_t, 0.01, l_0, 1.687, l_1, -0.203
+    end = integrate(em.MuscleSet([muscle]), [[x] for x in state], integrator, 1e-6)
+    assert end.steps[0] < 500
+    assert end.force[0] == 0.0
+    assert end.tendon_length[0] == pytest.approx(l_1 - shortest, abs=1e-9)
+
+
+@EITHER_INTEGRATOR
+def test_a_time_constant_of_a_picosecond(integrator):
+    """A fibre with a thousandth of its activation, shorter than any curve was made for, is torn
+    loose by a taut tendon and comes to rest where both are in balance."""
+    muscle = em.Muscle(
+        "m", max_isometric_force=4868.3, optimal_fiber_length=0.26366,
+        tendon_slack_length=0.071216, pennation_angle_at_optimal=0.34415, minimum_activation=0.001,
+        activation_dynamics=em.ActivationDynamics.FIRST_ORDER, law=em.DeGrooteFregly2016(),
+    )  # fmt: skip
+    l_t = 0.083614 - np.sqrt(muscle.shortest_fiber**2 - muscle.width**2)
+    state = 0.001, l_t, 0.01, 0.083614, -2.0987, 0.089585, 3.0569
+    end = integrate(em.MuscleSet([muscle]), [[x] for x in state], integrator, 1e-6)
+    assert 0.0 < end.force[0] < 0.03 * muscle.max_isometric_force
+
+
+@EITHER_INTEGRATOR
 def test_slack_is_taken_up_by_a_damped_fibre(integrator):
     muscle, state = scene(em.Millard2012(), "slack taken up")
     _, l_t1, F_1 = reference(em.Millard2012(), "slack taken up")
