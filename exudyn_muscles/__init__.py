@@ -3,7 +3,6 @@
 from importlib.metadata import version
 
 from . import opensim, plot, storage, view
-from .curves import Curve
 from .errors import (
     DisplayError,
     ExudynMusclesError,
@@ -28,7 +27,8 @@ from .errors import (
     WindowError,
     WrappingError,
 )
-from .loads import ExternalForce, add_external_force
+from .files.storage import Storage, read_storage
+from .forces.actuators import PointActuator, Reserve, TorqueActuator
 from .methods.cmc import CMC, CMCPlugin, Prediction, computed_muscle_control
 from .methods.control import RecruitmentSettings
 from .methods.cosimulation import (
@@ -55,11 +55,12 @@ from .muscle.laws.thelen_2003 import Thelen2003
 from .muscle.laws.thelen_2003_deprecated import Thelen2003Deprecated
 from .muscle.parameters import Muscle, MuscleSet
 from .muscle.window import Integrator, WindowEnd, integrate_window
+from .numerics.curves import Curve
+from .numerics.splines import simm_spline
 from .path.followers import Follower, linear_function
 from .path.functions import FunctionPath
 from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
 from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere
-from .recruitment.actuators import PointActuator, Reserve, TorqueActuator
 from .recruitment.limits import ControlLimits
 from .recruitment.normalizers import (
     MaximumIsometricForce,
@@ -68,9 +69,8 @@ from .recruitment.normalizers import (
     RigidTendonForce,
 )
 from .recruitment.optimization import Solver
-from .result import Counts, Difference, Excitations, Status, Trajectory
-from .splines import simm_spline
-from .storage import Storage, read_storage
+from .results.trajectory import Counts, Difference, Excitations, Status, Trajectory
+from .skeleton.external_forces import ExternalForce, add_external_force
 
 __version__ = version("exudyn_muscles")
 

@@ -11,9 +11,9 @@ import numpy as np
 from .errors import MotionWarning, StorageError, warn
 
 if TYPE_CHECKING:
+    from .files.storage import Storage
     from .motion import Motion
     from .opensim.joints import Coordinate
-    from .storage import Storage
 
 # Recorded angles begin within two turns of zero, swing by less to and fro, and what turns farther,
 # a crank or a wheel, is slower than six turns a second. Degrees taken for radians are 57 times as

@@ -8,15 +8,15 @@ from typing import get_args
 import exudyn as exu
 import numpy as np
 
-from .dependent import DependentSkeleton
 from .errors import ModelError, ParameterError, PathWarning, warn
+from .forces.actuators import Actuator, actuator_names, compile_columns
 from .muscle.dynamics import tendon_forces
 from .muscle.parameters import Muscle, MuscleSet
 from .path.followers import Follower
 from .path.geometry import Geometry, compile_geometry
 from .path.points import collect_paths
-from .recruitment.actuators import Actuator, actuator_names, compile_columns
-from .skeleton import Skeleton
+from .skeleton.dependent import DependentSkeleton
+from .skeleton.skeleton import Skeleton
 
 # With a stiff tendon a fibre of 2.5 optimal lengths would bear 400 times its isometric force.
 LONGEST_FIBER = 2.5

@@ -17,7 +17,7 @@ from scipy.interpolate import BPoly, BSpline, make_interp_spline
 
 from .doubts import warn_of_columns
 from .errors import MotionError, StorageError
-from .storage import read_storage
+from .files.storage import read_storage
 
 if TYPE_CHECKING:
     from .opensim.joints import Coordinate

@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from exudyn_muscles.files import write_arrays, write_file
+from exudyn_muscles.files.disk import write_arrays, write_file
 
 from .own_models import FOLDER, MODEL, OWN, SETUP, body, cmc_files, coordinate, joint, muscle
 

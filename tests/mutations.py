@@ -40,7 +40,7 @@ AREAS: dict[str, list[tuple[str, str]]] = {
         ),
         ("recruitment/bounds.py recruitment/excitation.py", "recruitment/test_bounds.py"),
         (
-            "recruitment/actuators.py recruitment/limits.py recruitment/normalizers.py",
+            "forces/actuators.py recruitment/limits.py recruitment/normalizers.py",
             "recruitment/test_actuators.py recruitment/test_limits.py "
             "recruitment/test_normalizers.py",
         ),
@@ -62,13 +62,13 @@ AREAS: dict[str, list[tuple[str, str]]] = {
     "path": [("path", "path test_dependent.py")],
     "skeleton": [
         (
-            "skeleton.py dependent.py loads.py",
+            "skeleton",
             "test_skeleton.py test_dependent.py test_loads.py test_host.py test_other_bodies.py",
         )
     ],
     "coupling": [
         (
-            "coupling.py methods result.py",
+            "simulation methods results",
             "test_coupling.py methods test_result.py test_dependent.py test_other_bodies.py",
         )
     ],

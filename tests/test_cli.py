@@ -12,7 +12,7 @@ import pytest
 import exudyn_muscles as em
 from exudyn_muscles import cli
 from exudyn_muscles.cli import names, report, sources
-from exudyn_muscles.result import POINTS, WINDOWS
+from exudyn_muscles.results.trajectory import POINTS, WINDOWS
 
 PENDULUM = Path(__file__).parents[1] / "models" / "pendulum.py"
 

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import exudyn_muscles
-from exudyn_muscles import compilation, kernel_cache
-from exudyn_muscles.kernel import kernel
+from exudyn_muscles.numerics import compilation, kernel_cache
+from exudyn_muscles.numerics.kernel import kernel
 
 from .test_files import no_file_larger_than
 
@@ -137,7 +137,7 @@ def test_a_missing_file_is_no_damage(load, stored, which, caplog):
 
 def test_a_changed_source_is_no_damage(load, stored, caplog, monkeypatch):
     caplog.clear()
-    monkeypatch.setattr("exudyn_muscles.kernel._stamp", lambda: "another")
+    monkeypatch.setattr("exudyn_muscles.numerics.kernel._stamp", lambda: "another")
     changed = load(SOURCE.replace("1.0", "2.0"))
     assert (changed(1.0), hits(changed)) == (6.0, 0)
     assert not warnings_of(caplog)
@@ -167,7 +167,7 @@ def test_a_full_disk_is_done_without(load, tmp_path, caplog):
 
 IMPORTED = """
 import exudyn_muscles as em
-from exudyn_muscles.curves import evaluate, pack
+from exudyn_muscles.numerics.curves import evaluate, pack
 print(evaluate(pack([em.simm_spline([0, 1, 2, 3], [0, 1, 8, 27])]), 0, 1.5)[0])
 print(sum(evaluate.stats.cache_hits.values()))
 """

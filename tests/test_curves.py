@@ -5,9 +5,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from exudyn_muscles import curves
-from exudyn_muscles.curves import COEFFICIENTS, END, ORIGIN, Curve, evaluate, pack
 from exudyn_muscles.errors import ParameterError
+from exudyn_muscles.numerics import curves
+from exudyn_muscles.numerics.curves import COEFFICIENTS, END, ORIGIN, Curve, evaluate, pack
 
 # Function, derivative, range.
 SMOOTH = {

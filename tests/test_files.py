@@ -16,8 +16,8 @@ import pytest
 from matplotlib.figure import Figure
 
 import exudyn_muscles as em
-from exudyn_muscles import files
-from exudyn_muscles.files import write_arrays, write_figure, write_file
+from exudyn_muscles.files import disk as files
+from exudyn_muscles.files.disk import write_arrays, write_figure, write_file
 
 from .reference.make import FOLDER
 
@@ -98,10 +98,10 @@ def test_an_error_at_every_stage(stage, error, tmp_path, monkeypatch):
 
 KILLED = """
 import os, signal, sys
-import exudyn_muscles.files
+import exudyn_muscles.files.disk
 def kill(*_):
     os.kill(os.getpid(), signal.SIGKILL)
-setattr(exudyn_muscles.files.os, sys.argv[1], kill)
+setattr(exudyn_muscles.files.disk.os, sys.argv[1], kill)
 from tests.test_files import WRITERS
 WRITERS[sys.argv[2]](sys.argv[3])
 """
@@ -204,6 +204,6 @@ def test_nothing_else_writes():
         (file.name, call)
         for file in [*PACKAGE.rglob("*.py"), *makers]
         for call in calls(file)
-        if call in writing and file != PACKAGE / "files.py"
+        if call in writing and file != PACKAGE / "files" / "disk.py"
     }
     assert found == {("make_deprecated.py", "write_text")}  # a model for OpenSim, to be thrown away

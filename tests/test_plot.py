@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
-from exudyn_muscles import plot
 from exudyn_muscles.errors import ParameterError
+from exudyn_muscles.plot import figures as plot
 from models import pendulum
 
 

@@ -10,7 +10,7 @@ import pytest
 
 import exudyn_muscles as em
 from exudyn_muscles.path.geometry import Geometry
-from exudyn_muscles.result import _saturated
+from exudyn_muscles.results.trajectory import _saturated
 from models import pendulum, planar_arm
 
 from .runs import KP, plugin_run, settings, start_at

@@ -326,7 +326,7 @@ def helped():
 
 
 def test_states(csf):
-    states = em.storage.states(csf)
+    states = em.opensim.result_files.states(csf)
     assert states.labels[:2] == ("theta/value", "theta/speed")
     assert states.labels[2:4] == (
         f"/forceset/{csf.muscle_names[0]}/activation",
@@ -339,7 +339,7 @@ def test_states(csf):
 
 
 def test_kinematics_are_in_degrees_and_a_motion_again(csf, tmp_path):
-    kinematics = em.storage.kinematics(csf)
+    kinematics = em.opensim.result_files.kinematics(csf)
     assert kinematics.labels == ("theta",) and kinematics.in_degrees
     np.testing.assert_array_equal(kinematics.values, np.degrees(csf.coordinates))
     kinematics.write(tmp_path / "q.sto")
@@ -349,11 +349,11 @@ def test_kinematics_are_in_degrees_and_a_motion_again(csf, tmp_path):
 
 def test_translations_stay_in_meters(csf):
     slid = dataclasses.replace(csf, coordinate_units=("m",))
-    np.testing.assert_array_equal(em.storage.kinematics(slid).values, csf.coordinates)
+    np.testing.assert_array_equal(em.opensim.result_files.kinematics(slid).values, csf.coordinates)
 
 
 def test_controls_are_of_the_window_that_ends(csf):
-    controls = em.storage.controls(csf)
+    controls = em.opensim.result_files.controls(csf)
     assert controls.name == "controls" and controls.labels == csf.muscle_names
     np.testing.assert_array_equal(controls.time, csf.window_time)
     np.testing.assert_array_equal(controls.values[1:], csf.excitation_values)
@@ -362,7 +362,10 @@ def test_controls_are_of_the_window_that_ends(csf):
 
 def test_forces_and_errors(helped):
     _, cmc = helped
-    forces, errors = em.storage.forces(cmc), em.storage.tracking_errors(cmc)
+    forces, errors = (
+        em.opensim.result_files.forces(cmc),
+        em.opensim.result_files.tracking_errors(cmc),
+    )
     assert forces.labels == (*cmc.muscle_names, "theta_reserve", "theta_reserve_2")
     assert np.abs(cmc.reserves).max() > 1.0
     np.testing.assert_array_equal(forces.values[:, :2], cmc.tendon_forces)
@@ -372,7 +375,7 @@ def test_forces_and_errors(helped):
 
 def test_controls_from_a_file_replay_the_motion(helped, tmp_path):
     model, cmc = helped
-    em.storage.controls(cmc, model.reserves).write(tmp_path / "controls.sto")
+    em.opensim.result_files.controls(cmc, model.reserves).write(tmp_path / "controls.sto")
     read = em.Excitations.from_file(tmp_path / "controls.sto", model.muscles.names, model.reserves)
     np.testing.assert_array_equal(read.time, cmc.window_time)
     np.testing.assert_array_equal(read.values, cmc.excitation_values)
@@ -413,11 +416,11 @@ def test_controls_that_cannot_be_used(csf, tmp_path):
     with pytest.raises(em.ParameterError, match=r"controls\.sto: excitations: .* must be finite"):
         em.Excitations.from_file(file, ["a"])
     with pytest.raises(em.StorageError, match=r"the reserves \[\], got \['theta_reserve'\]"):
-        em.storage.controls(csf, [em.Reserve("theta", 1.0)])
+        em.opensim.result_files.controls(csf, [em.Reserve("theta", 1.0)])
 
 
 def test_all_files_of_a_result(csf, tmp_path):
-    files = em.storage.write_results(csf, tmp_path / "swing")
+    files = em.opensim.write_results(csf, tmp_path / "swing")
     endings = ["states", "controls", "Kinematics_q", "Actuation_force", "pErr"]
     assert files == [tmp_path / f"swing_{ending}.sto" for ending in endings]
     assert all(len(em.read_storage(file).time) == 101 for file in files)
@@ -425,7 +428,7 @@ def test_all_files_of_a_result(csf, tmp_path):
 
 def test_nothing_desired_gives_no_errors(tmp_path):
     forward = em.forward_dynamics(pendulum.build(), em.Excitations([0.0, 0.02], [[0.3, 0.2]]))
-    files = em.storage.write_results(forward, tmp_path / "free")
+    files = em.opensim.write_results(forward, tmp_path / "free")
     assert [file.name for file in files][-1] == "free_Actuation_force.sto" and len(files) == 4
 
 

@@ -16,13 +16,14 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
-from exudyn_muscles import cli, files
-from exudyn_muscles import storage as storage_module
+from exudyn_muscles import cli
 from exudyn_muscles.cli import sources
+from exudyn_muscles.files import disk as files
+from exudyn_muscles.files import storage as storage_module
 from exudyn_muscles.opensim import document
 from exudyn_muscles.opensim.bodies import Bodies
 from exudyn_muscles.opensim.muscles import read_muscle
-from exudyn_muscles.result_file import LARGEST
+from exudyn_muscles.results.storing import LARGEST
 
 from . import opensim_files
 from .reference.make import FOLDER

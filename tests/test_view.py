@@ -17,8 +17,8 @@ from exudyn.utilities import (
 from matplotlib.image import imread
 
 import exudyn_muscles as em
-from exudyn_muscles import view
 from exudyn_muscles.errors import ParameterError
+from exudyn_muscles.view import scene as view
 from models import pendulum
 
 SETTINGS = em.Cosimulation(kp=534.0)

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..files import write_file
+from ..files.disk import write_file
 from .files import draw_all, made_folder, result_file, save, save_figure
 from .names import CMC_STEPS, DIFFER, KP, METHODS, STEP
 from .report import (
@@ -27,7 +27,7 @@ from .terminal import one_line_warnings, progress_bar
 if TYPE_CHECKING:
     from ..model import MusculoskeletalModel
     from ..motion import Motion
-    from ..result import Trajectory
+    from ..results.trajectory import Trajectory
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -87,7 +87,7 @@ def _result(
     if path is not None:
         print(f"wrote {result_file(path)}")
         if arguments.sto:
-            from ..storage import write_results
+            from ..opensim.result_files import write_results
 
             for file in write_results(trajectory, path, model.reserves):
                 print(f"wrote {file}")
@@ -160,7 +160,7 @@ def compare(arguments: argparse.Namespace) -> int:
 
 def check(arguments: argparse.Namespace) -> int:
     """A stored result against a stored reference."""
-    from ..result import Trajectory
+    from ..results.trajectory import Trajectory
 
     result = Trajectory.load(arguments.result)
     reference = Trajectory.load(arguments.reference)

@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..files import write_figure
+from ..files.disk import write_figure
 from .interrupts import uninterrupted
 
 if TYPE_CHECKING:
-    from ..result import Trajectory
+    from ..results.trajectory import Trajectory
 
 
 def made_folder(path: Path) -> Path:

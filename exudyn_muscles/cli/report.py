@@ -14,7 +14,7 @@ from .settings import velocity_gain
 if TYPE_CHECKING:
     from ..model import MusculoskeletalModel
     from ..motion import Motion
-    from ..result import Trajectory
+    from ..results.trajectory import Trajectory
 
 
 def summary(name: str, trajectory: Trajectory) -> str:
@@ -137,7 +137,7 @@ def _number(count: int, noun: str) -> str:
 
 def exit_status(trajectory: Trajectory) -> int:
     """Exit status of a run; one that was stopped early is not a success."""
-    from ..result import Status
+    from ..results.trajectory import Status
 
     if trajectory.status is Status.COMPLETE:
         return 0

@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ..result import Trajectory
+    from ..results.trajectory import Trajectory
 
 
 def method_function(

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from ..files import read_file
+from ..files.disk import read_file
 from .names import LAWS
 
 if TYPE_CHECKING:

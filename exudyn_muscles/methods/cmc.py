@@ -18,7 +18,8 @@ from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..path.geometry import Geometry
-from ..result import Trajectory
+from ..results.trajectory import Trajectory
+from ..simulation.run import number_of_steps, simulate
 from .control import (
     Tracking,
     TrackingSettings,
@@ -27,7 +28,6 @@ from .control import (
     tracking_start,
 )
 from .recruiting import MuscleOptimization
-from .run import number_of_steps, simulate
 from .unified import UnifiedPlugin
 
 

@@ -17,11 +17,12 @@ from enum import Enum
 
 import numpy as np
 
-from ..coupling import Plugin
 from ..errors import ParameterError, StabilityWarning, warn
 from ..model import MusculoskeletalModel
 from ..motion import Motion
-from ..result import Trajectory, Window
+from ..results.trajectory import Trajectory, Window
+from ..simulation.plugin import Plugin
+from ..simulation.run import simulate
 from .control import (
     Tracking,
     TrackingSettings,
@@ -30,7 +31,6 @@ from .control import (
     tracking_start,
 )
 from .recruiting import MuscleOptimization
-from .run import simulate
 
 
 class Scheme(Enum):

@@ -13,9 +13,9 @@ from ..model import MusculoskeletalModel
 from ..muscle.arguments import check_range
 from ..muscle.equilibrium import equilibrium
 from ..path.geometry import Geometry
-from ..result import Excitations, Trajectory, Window
+from ..results.trajectory import Excitations, Trajectory, Window
+from ..simulation.run import simulate
 from .control import check_settings, check_step
-from .run import simulate
 from .unified import UnifiedPlugin
 
 

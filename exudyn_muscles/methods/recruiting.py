@@ -19,7 +19,7 @@ from ..path.geometry import Geometry
 from ..recruitment.bounds import Excitation, ReachableForces, steady_bounds, steady_state
 from ..recruitment.limits import Limits
 from ..recruitment.optimization import Recruiter, Recruitment
-from ..result import Counts, Recorder, Window
+from ..results.trajectory import Counts, Recorder, Window
 from .control import RecruitmentSettings
 
 

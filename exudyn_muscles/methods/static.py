@@ -12,18 +12,18 @@ from functools import partial
 
 import numpy as np
 
-from ..coupling import warn_of_unmet_torque
 from ..doubts import warn_of_angles
 from ..errors import FrozenBodiesWarning, warn
-from ..hold import hold
-from ..loads import check_external_forces
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
-from ..result import Counts, Recorder, Row, Status, Trajectory
-from ..skeleton import original, raise_as_itself
+from ..results.trajectory import Counts, Recorder, Row, Status, Trajectory
+from ..simulation.plugin import warn_of_unmet_torque
+from ..simulation.run import number_of_steps
+from ..skeleton.external_forces import check_external_forces
+from ..skeleton.hold import hold
+from ..skeleton.skeleton import original, raise_as_itself
 from .control import RecruitmentSettings, check_settings, check_sizes, check_step
 from .recruiting import MuscleOptimization
-from .run import number_of_steps
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,16 +13,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..coupling import Plugin
-from ..curves import PackedCurves
 from ..errors import WindowError
-from ..kernel import kernel
 from ..model import MusculoskeletalModel
 from ..motion import Motion
 from ..muscle.parameters import Units
 from ..muscle.trapezoidal import step
+from ..numerics.curves import PackedCurves
+from ..numerics.kernel import kernel
 from ..path.geometry import Geometry, path_geometry, path_tables
-from ..result import Window
+from ..results.trajectory import Window
+from ..simulation.plugin import Plugin
 
 
 @kernel

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from enum import Enum
 
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 
 LINEAR_FILTER, FIRST_ORDER, SMOOTH, BILINEAR = range(4)
 NEWTON = 20  # iterations of a trapezoidal step; linear: one, otherwise three or four

@@ -24,8 +24,8 @@ from __future__ import annotations
 
 import math
 
-from ..curves import evaluate
-from ..kernel import kernel
+from ..numerics.curves import evaluate
+from ..numerics.kernel import kernel
 from .force_velocity import load_of_velocity, velocity_of_load
 from .parameters import (
     AF,

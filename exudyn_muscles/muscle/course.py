@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 
 MAX_STEPS = 10000  # of one window
 # Shortest step over the window. Weak fibres under high force have time constants of 1e-12 s, and

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..curves import evaluate
 from ..errors import ParameterError
-from ..kernel import kernel
+from ..numerics.curves import evaluate
+from ..numerics.kernel import kernel
 from .activation import activation_rate
 from .arguments import as_rows, check_range
 from .contraction import fiber, fiber_force, pull, stopped_rate, tendon_force

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 from .arguments import as_rows, check_range
 from .contraction import fiber, fiber_force, pull, tendon
 from .parameters import A_MIN, F_0, L_TS, P_MIN, PER_L_M0, RIGID, V_M, MuscleSet

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 
 CURVES, THELEN, SCHUTTE = range(3)  # of `FORM`
 

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..checks import number_within
-from ..curves import Curve, PackedCurves, pack
 from ..errors import ParameterError
+from ..numerics.curves import Curve, PackedCurves, pack
 from .activation import ActivationDynamics
 from .laws.de_groote_fregly_2016 import DeGrooteFregly2016
 from .laws.law import MuscleLaw

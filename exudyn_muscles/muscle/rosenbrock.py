@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 from .activation import activation_rate
 from .contraction import at_stop, drift, stopped_rate, tendon_force, tendon_rate
 from .course import (

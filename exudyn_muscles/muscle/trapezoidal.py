@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 from .activation import activation_rate, trapezoidal
 from .contraction import at_stop, drift, pull, stopped_rate, tendon_force, tendon_rate
 from .course import (

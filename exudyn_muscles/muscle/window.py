@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import number_within
 from ..errors import ParameterError, WindowError
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 from .arguments import as_rows, check_range
 from .course import MAX_STEPS
 from .parameters import MuscleSet

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from ..forces.actuators import Actuator, PointActuator, Reserve, TorqueActuator
 from ..path.tree import GROUND
-from ..recruitment.actuators import Actuator, PointActuator, Reserve, TorqueActuator
 from .bodies import Bodies
 from .document import ON, Element
 from .frames import Place

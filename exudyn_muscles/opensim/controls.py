@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection
 from pathlib import Path
 
+from ..forces.actuators import actuator_names
 from ..model import MusculoskeletalModel
-from ..recruitment.actuators import actuator_names
 from ..recruitment.limits import ControlLimits, Course, Limits
 from .document import Element, read_document
 

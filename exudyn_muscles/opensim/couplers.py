@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ..curves import Curve
+from ..numerics.curves import Curve
 from .document import Element
 from .functions import Line, read_function
 

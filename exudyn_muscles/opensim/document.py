@@ -19,7 +19,7 @@ from xml.parsers import expat
 import numpy as np
 
 from ..errors import ModelFileError, ParameterError, cut
-from ..files import read_file
+from ..files.disk import read_file
 
 # Far above what is in use: a model of 92 muscles has 1 MB in 10,000 elements, of which none lies
 # more than 14 deep, and its longest spline 600 characters. Controls of a long run have most.

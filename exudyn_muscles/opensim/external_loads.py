@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import ParameterError, StorageError
-from ..loads import ExternalForce
+from ..files.storage import Storage, read_storage
 from ..path.tree import GROUND
-from ..storage import Storage, read_storage
+from ..skeleton.external_forces import ExternalForce
 from .bodies import Bodies
 from .document import NOT_GIVEN, ON, Element, read_document
 from .frames import Place

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..curves import Curve
+from ..numerics.curves import Curve
+from ..numerics.splines import simm_spline
 from ..path.followers import linear_function
-from ..splines import simm_spline
 from .document import Element
 
 # A polynomial goes on along its tangent beyond these.

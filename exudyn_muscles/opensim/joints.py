@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..curves import Curve
+from ..numerics.curves import Curve
 from .document import Element
 from .functions import Line, as_curve, read_function
 

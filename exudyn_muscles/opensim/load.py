@@ -11,10 +11,10 @@ import exudyn as exu
 import numpy as np
 from exudyn.utilities import RigidBodyInertia, TreeLink
 
-from ..loads import ExternalForce, add_external_force
 from ..model import MusculoskeletalModel
 from ..path.followers import Follower, Followers
-from ..skeleton import JOINTS
+from ..skeleton.external_forces import ExternalForce, add_external_force
+from ..skeleton.skeleton import JOINTS
 from .actuators import ACTUATORS, read_actuator
 from .bodies import Bodies, Link
 from .document import read_document

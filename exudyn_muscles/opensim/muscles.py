@@ -12,7 +12,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..checks import number_within
-from ..curves import Curve
 from ..muscle.activation import ActivationDynamics
 from ..muscle.laws.de_groote_fregly_2016 import DeGrooteFregly2016
 from ..muscle.laws.law import MuscleLaw
@@ -29,6 +28,7 @@ from ..muscle.laws.schutte_1993 import Schutte1993
 from ..muscle.laws.thelen_2003 import Thelen2003
 from ..muscle.laws.thelen_2003_deprecated import Thelen2003Deprecated
 from ..muscle.parameters import RANGES, Muscle
+from ..numerics.curves import Curve
 from ..path.points import BEYOND_RANGE, ConditionalPathPoint, MovingPathPoint, PathPoint
 from ..path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapSurface
 from .bodies import Bodies

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..curves import Curve, PackedCurves, evaluate, pack
 from ..errors import ParameterError
-from ..kernel import kernel
+from ..numerics.curves import Curve, PackedCurves, evaluate, pack
+from ..numerics.kernel import kernel
 from .geometry import Geometry
 
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..curves import Curve, evaluate
 from ..errors import ParameterError
-from ..kernel import kernel
+from ..numerics.curves import Curve, evaluate
+from ..numerics.kernel import kernel
 
 # Columns of `Paths.factors`: number and coefficient of the term; coordinate, -1 for none; exponent
 # or curve, -1 for the other.

@@ -20,7 +20,7 @@ import math
 import numpy as np
 from scipy.integrate import DOP853
 
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 from .great_circle import plane_of_arc
 
 # OpenSim mirrors the middle of a path on the wrong side; that takes it to the other side of the

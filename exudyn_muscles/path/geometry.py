@@ -19,9 +19,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..curves import PackedCurves, evaluate
 from ..errors import WrappingError
-from ..kernel import kernel
+from ..numerics.curves import PackedCurves, evaluate
+from ..numerics.kernel import kernel
 from .functions import function_geometry
 from .geodesic import follow_geodesic, steps_over
 from .points import COORDINATE, CURVES, Paths

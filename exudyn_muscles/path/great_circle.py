@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 
 # What is so little inside, beyond an edge or on the wrong side is not [radii, or of a direction].
 ROUNDING = 1e-9

@@ -9,9 +9,9 @@ from dataclasses import KW_ONLY, dataclass
 import numpy as np
 
 from ..checks import link_number, three_numbers
-from ..curves import Curve, PackedCurves, pack
 from ..errors import ParameterError
 from ..muscle.parameters import Muscle, MuscleSet
+from ..numerics.curves import Curve, PackedCurves, pack
 from .functions import FACTOR_COLUMNS, FACTOR_COORDINATE, FunctionPath
 from .surfaces import LINK, WRAP_COLUMNS, PathWrap, WrapSurface
 from .tree import GROUND

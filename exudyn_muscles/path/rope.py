@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 from .points import COORDINATE, HIGH, LOW
 from .surfaces import FIRST, LAST, LINK, POSITION, ROTATION, SIDE
 from .wrapping import CUT, FREE, wrap_over

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 
 # Joint codes: 0, 1, 2 revolute about x, y, z; 3, 4, 5 prismatic along x, y, z.
 PRISMATIC = 3

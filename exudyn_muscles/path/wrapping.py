@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 from .geodesic import wrap_over_ellipsoid
 from .great_circle import INSIDE, ROUNDING, plane_of_arc
 from .surfaces import AXIS, CYLINDER, ELLIPSOID, HALF_LENGTH, RADII, SHAPE

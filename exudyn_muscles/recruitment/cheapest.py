@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 from .equations import first_bound, gaps, in_place, move
 from .householder import factorize, factors, least_squares, shortest, times_q
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 
 # Rounding in a row is at least that of this part of what the unknowns can do in it.
 LEAST = 1e-3

@@ -8,9 +8,9 @@ the sensitivity dF/du and secant steps, kept inside a shrinking bracket, do the 
 
 from __future__ import annotations
 
-from ..kernel import kernel
 from ..muscle.parameters import F_0
 from ..muscle.window import integrate
+from ..numerics.kernel import kernel
 
 ITERATIONS = 60
 CONVERGED = 1e-9  # |F_end - F_opt| over F0

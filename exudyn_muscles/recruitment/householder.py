@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 
 
 class Factors(NamedTuple):

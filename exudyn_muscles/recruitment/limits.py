@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..errors import ParameterError
+from ..forces.actuators import Actuator, actuator_names
 from ..muscle.parameters import MuscleSet
-from .actuators import Actuator, actuator_names
 
 Course = float | tuple[Sequence[float], Sequence[float]]
 

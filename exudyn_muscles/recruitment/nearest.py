@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 from .cheapest import cheapest_point
 from .equations import contents, first_bound, gaps, in_place, in_units, move
 from .householder import factors, least_squares

@@ -18,7 +18,7 @@ import qpsolvers
 from numpy.typing import ArrayLike
 
 from ..errors import RecruitmentError
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 from .nearest import two_levels
 
 # Accepted KKT residual of the scaled problem. DAQP reaches 1e-13, OSQP 1e-9 with these settings.

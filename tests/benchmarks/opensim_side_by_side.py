@@ -34,7 +34,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 import exudyn_muscles as em
-from exudyn_muscles.files import write_file
+from exudyn_muscles.files.disk import write_file
 
 from ..opensim import REFERENCE
 from .opensim_cmc import REPORT, RESULTS

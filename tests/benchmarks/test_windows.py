@@ -13,12 +13,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import exudyn_muscles as em
-from exudyn_muscles.kernel import kernel
 from exudyn_muscles.muscle.activation import activation_rate
 from exudyn_muscles.muscle.contraction import stopped_rate, tendon_force
 from exudyn_muscles.muscle.course import MAX_STEPS, cubic, length_at
 from exudyn_muscles.muscle.parameters import ACTIVATION, PER_STRETCH, SWITCH, TAU_A, TAU_D
 from exudyn_muscles.muscle.window import integrate_all
+from exudyn_muscles.numerics.kernel import kernel
 
 from ..muscle.make_window_box import LAWS, load
 

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from exudyn_muscles.files import write_arrays
+from exudyn_muscles.files.disk import write_arrays
 
 FILE = Path(__file__).parents[1] / "reference" / "deprecated_muscles.npz"
 STATES = 200

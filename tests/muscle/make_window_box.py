@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 import exudyn_muscles as em
-from exudyn_muscles.files import write_arrays
+from exudyn_muscles.files.disk import write_arrays
 
 from . import hill
 

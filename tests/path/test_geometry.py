@@ -8,7 +8,7 @@ from exudyn.utilities import MarkerKinematicTreeRigid
 import exudyn_muscles as em
 from exudyn_muscles.path.geometry import compile_geometry, path_points
 from exudyn_muscles.path.points import collect_paths
-from exudyn_muscles.skeleton import Skeleton
+from exudyn_muscles.skeleton.skeleton import Skeleton
 
 from ..differences import gradient
 from .trees import JOINTS, add_tree, random_links

@@ -13,7 +13,7 @@ from exudyn.utilities import (
 )
 
 import exudyn_muscles as em
-from exudyn_muscles.recruitment.actuators import actuator_names
+from exudyn_muscles.forces.actuators import actuator_names
 
 from .. import leg
 from ..path.trees import add_tree, random_links

@@ -15,8 +15,8 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize.elementwise import find_root
 
 from ...checks import number_within
-from ...curves import ORIGIN, Curve
 from ...errors import ParameterError
+from ...numerics.curves import ORIGIN, Curve
 from .law import UNDAMPED, HillCurves, MuscleLaw
 
 Given = Callable[[Any], Any] | tuple[Sequence[float], Sequence[float]]

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...curves import Curve
+from ...numerics.curves import Curve
 from .law import STRONGEST, HillCurves, MuscleLaw
 
 # Active force-length: three Gaussians, rows (b1, b2, b3, b4); OpenSim changed the first b1.

@@ -12,7 +12,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from ...checks import number_within
-from ...curves import Curve
+from ...numerics.curves import Curve
 from ..force_velocity import CURVES
 
 # Passive curves follow their exponentials up to this many F0, and their tangents from there.

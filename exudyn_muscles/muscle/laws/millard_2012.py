@@ -18,8 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...curves import Curve
 from ...errors import ParameterError
+from ...numerics.curves import Curve
 from .law import UNDAMPED, HillCurves, MuscleLaw
 
 # Constants of OpenSim's curve classes that no property of a model changes in practice.

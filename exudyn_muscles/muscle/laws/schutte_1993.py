@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...curves import COEFFICIENTS, END, ORIGIN, Curve
 from ...errors import ParameterError
-from ...splines import simm_spline
+from ...numerics.curves import COEFFICIENTS, END, ORIGIN, Curve
+from ...numerics.splines import simm_spline
 from ..force_velocity import SCHUTTE, K, M, S
 from .law import HillCurves, MuscleLaw
 

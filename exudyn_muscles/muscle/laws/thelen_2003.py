@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...curves import Curve
+from ...numerics.curves import Curve
 from .law import STRONGEST, HillCurves, MuscleLaw
 
 K_TOE, F_TOE = 3.0, 0.33  # tendon: exponent of the toe, and force at its end

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...curves import Curve
+from ...numerics.curves import Curve
 from ..force_velocity import THELEN
 from .law import HillCurves, MuscleLaw
 from .thelen_2003 import K_TOE, Thelen2003

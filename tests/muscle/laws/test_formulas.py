@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
-from exudyn_muscles.curves import COEFFICIENTS, END, ORIGIN
 from exudyn_muscles.errors import ParameterError
 from exudyn_muscles.muscle.laws.de_groote_fregly_2016 import (
     DeGrooteFregly2016,
@@ -16,6 +15,7 @@ from exudyn_muscles.muscle.laws.de_groote_fregly_2016 import (
 )
 from exudyn_muscles.muscle.laws.millard_2012 import Millard2012
 from exudyn_muscles.muscle.laws.thelen_2003 import Thelen2003
+from exudyn_muscles.numerics.curves import COEFFICIENTS, END, ORIGIN
 
 from ...differences import difference
 

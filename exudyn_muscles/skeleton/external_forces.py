@@ -23,11 +23,11 @@ from exudyn.itemInterface import LoadForceVector, LoadTorqueVector, MarkerKinema
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
-from .checks import link_number
-from .errors import ParameterError, StorageError
-from .path.tree import GROUND
+from ..checks import link_number
+from ..errors import ParameterError, StorageError
+from ..files.storage import read_storage
+from ..path.tree import GROUND
 from .skeleton import tree_item
-from .storage import read_storage
 
 MARGIN = 1e-9  # s, accumulated time steps
 LARGEST = 1e12  # of times, forces, points and torques: no skeleton bears a millionth of it

@@ -12,7 +12,7 @@ from typing import Any
 from numba.core.caching import FunctionCache, NullCache
 from numba.core.serialize import dumps
 
-from .files import write_file
+from ..files.disk import write_file
 
 logger = logging.getLogger("exudyn_muscles")
 

@@ -25,7 +25,7 @@ from typing import Any
 import exudyn as exu
 import numpy as np
 
-from .errors import (
+from ..errors import (
     IncompleteRunWarning,
     ModelError,
     MotionError,
@@ -35,13 +35,13 @@ from .errors import (
     UnmetTorqueWarning,
     warn,
 )
-from .hold import Hold, hold
-from .loads import check_external_forces
-from .model import MusculoskeletalModel
-from .motion import Motion
-from .path.geometry import Geometry
-from .result import Counts, Recorder, Row, Status, Trajectory, Window
-from .skeleton import Skeleton, original, raise_as_itself
+from ..model import MusculoskeletalModel
+from ..motion import Motion
+from ..path.geometry import Geometry
+from ..results.trajectory import Counts, Recorder, Row, Status, Trajectory, Window
+from ..skeleton.external_forces import check_external_forces
+from ..skeleton.hold import Hold, hold
+from ..skeleton.skeleton import Skeleton, original, raise_as_itself
 
 # Tracking error at the start [rad or m] above which a user is told.
 FAR_AWAY = 0.02

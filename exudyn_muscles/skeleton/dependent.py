@@ -18,8 +18,8 @@ from collections.abc import Sequence
 import exudyn as exu
 import numpy as np
 
+from ..path.followers import Follower, Followers, Slopes
 from .hold import Hold
-from .path.followers import Follower, Followers, Slopes
 from .skeleton import Skeleton
 
 

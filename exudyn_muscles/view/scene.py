@@ -21,14 +21,14 @@ from exudyn import graphics
 from exudyn.utilities import ObjectGround, VObjectGround
 from numpy.typing import ArrayLike
 
-from .errors import DisplayError, ParameterError
-from .files import write_figure
-from .model import MusculoskeletalModel
-from .path.geometry import path_points, surfaces_at
-from .path.points import Paths
-from .path.surfaces import CYLINDER
-from .result import Trajectory
-from .skeleton import Skeleton
+from ..errors import DisplayError, ParameterError
+from ..files.disk import write_figure
+from ..model import MusculoskeletalModel
+from ..path.geometry import path_points, surfaces_at
+from ..path.points import Paths
+from ..path.surfaces import CYLINDER
+from ..results.trajectory import Trajectory
+from ..skeleton.skeleton import Skeleton
 
 RELAXED = (0.13, 0.30, 0.90)  # RGB at a = 0
 ACTIVE = (0.90, 0.10, 0.10)  # RGB at a = 1

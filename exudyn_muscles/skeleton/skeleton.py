@@ -16,10 +16,10 @@ from typing import NoReturn
 import exudyn as exu
 import numpy as np
 
-from .errors import ModelError
+from ..errors import ModelError
+from ..path.followers import Followers
+from ..path.tree import PRISMATIC, Tree
 from .hold import Hold, hold
-from .path.followers import Followers
-from .path.tree import PRISMATIC, Tree
 
 JOINTS = {
     exu.JointType.RevoluteX: 0,

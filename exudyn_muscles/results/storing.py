@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from .errors import ResultFileError, cut
-from .files import read_arrays, write_arrays
+from ..errors import ResultFileError, cut
+from ..files.disk import read_arrays, write_arrays
 
 FORMAT = "exudyn_muscles.Trajectory"
 FORMAT_VERSION = 3

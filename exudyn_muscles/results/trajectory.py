@@ -15,19 +15,19 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from .errors import ParameterError, ResultFileError, StorageError
-from .muscle.dynamics import fiber_lengths, tendon_forces
-from .recruitment.actuators import actuator_names
-from .result_file import other_kinds, read_fields, write_fields
-from .storage import read_storage
+from ..errors import ParameterError, ResultFileError, StorageError
+from ..files.storage import read_storage
+from ..forces.actuators import actuator_names
+from ..muscle.dynamics import fiber_lengths, tendon_forces
+from .storing import other_kinds, read_fields, write_fields
 
 if TYPE_CHECKING:
     import pandas
 
-    from .model import MusculoskeletalModel
-    from .motion import Motion
-    from .path.geometry import Geometry
-    from .recruitment.actuators import Actuator
+    from ..forces.actuators import Actuator
+    from ..model import MusculoskeletalModel
+    from ..motion import Motion
+    from ..path.geometry import Geometry
 
 # Muscles with less than this share of a coordinate's longest moment arm do not matter to it.
 SMALL_ARM = 1e-3

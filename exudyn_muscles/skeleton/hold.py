@@ -14,7 +14,7 @@ from inspect import GEN_CLOSED, getgeneratorstate
 
 import exudyn as exu
 
-from .errors import ModelError
+from ..errors import ModelError
 
 HELD = "exudyn_muscles"  # in mbs.sys
 

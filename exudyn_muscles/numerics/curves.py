@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .errors import ParameterError
+from ..errors import ParameterError
 from .kernel import kernel
 
 # One piece in a row, a cache line: its origin, six coefficients in ascending order, its end.

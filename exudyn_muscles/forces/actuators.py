@@ -14,7 +14,7 @@ import numpy as np
 
 from ..checks import link_number, number_within, three_numbers
 from ..errors import ParameterError
-from ..kernel import kernel
+from ..numerics.kernel import kernel
 from ..path.tree import GROUND, PRISMATIC, Tree, tree_frames
 
 # Columns of the table of actuators: what, on which coordinate or link, against which link, and in

@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from .checks import number_within
-from .curves import Curve
-from .errors import ParameterError
-from .muscle.contraction import fiber_force
-from .muscle.laws.custom import CustomLaw
-from .muscle.laws.law import MuscleLaw
-from .muscle.parameters import Muscle, MuscleSet
-from .result import Trajectory
+from ..checks import number_within
+from ..errors import ParameterError
+from ..muscle.contraction import fiber_force
+from ..muscle.laws.custom import CustomLaw
+from ..muscle.laws.law import MuscleLaw
+from ..muscle.parameters import Muscle, MuscleSet
+from ..numerics.curves import Curve
+from ..results.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

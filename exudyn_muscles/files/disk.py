@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .errors import ExudynMusclesError
+from ..errors import ExudynMusclesError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

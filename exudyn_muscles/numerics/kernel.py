@@ -15,7 +15,7 @@ from .compilation import tell_of_compilation
 from .kernel_cache import kernel_cache
 
 # Kernels call each other and freeze constants across these files.
-SOURCES = ("kernel.py", "curves.py", "muscle", "path", "recruitment", "methods/unified.py")
+SOURCES = ("numerics", "muscle", "path", "forces", "recruitment", "methods/unified.py")
 
 
 def kernel(
@@ -53,7 +53,7 @@ tell_of_compilation()
 @cache
 def _stamp() -> str:
     """Hash of the version of numba and the contents of all kernel sources."""
-    root = Path(__file__).parent
+    root = Path(__file__).parents[1]
     content = sha256(numba.__version__.encode())
     for source in SOURCES:
         path = root / source

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..errors import ParameterError
 from .curves import Curve
-from .errors import ParameterError
 
 # A point every third of a degree of a full turn; the time goes with their third power.
 MOST_POINTS = 1000

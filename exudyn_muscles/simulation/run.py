@@ -8,10 +8,10 @@ from functools import partial
 import exudyn as exu
 import numpy as np
 
-from ..coupling import Plugin
 from ..errors import ParameterError
-from ..hold import hold
-from ..result import Trajectory
+from ..results.trajectory import Trajectory
+from ..skeleton.hold import hold
+from .plugin import Plugin
 
 # Far below any torque of interest and above the rounding of the recruited torques (1e-12 N m).
 ABSOLUTE_TOLERANCE = 1e-9

@@ -1,0 +1,1 @@
+"""Files on disk, and tables over time."""

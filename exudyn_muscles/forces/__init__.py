@@ -1,0 +1,1 @@
+"""What acts on a skeleton beside the muscles: ideal actuators."""

@@ -1,0 +1,1 @@
+"""Compiled kernels, curves and splines; knows nothing of muscles."""

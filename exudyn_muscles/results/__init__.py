@@ -1,0 +1,1 @@
+"""What a method found: trajectories, recorded, stored and compared."""

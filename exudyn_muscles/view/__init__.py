@@ -1,0 +1,5 @@
+"""Muscles in Exudyn's renderer: solution viewer, interactive view and pictures."""
+
+from .scene import UNKNOWN, activation_color, render, show_muscles, solution, view
+
+__all__ = ["UNKNOWN", "activation_color", "render", "show_muscles", "solution", "view"]
