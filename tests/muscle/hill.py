@@ -36,7 +36,7 @@ class Law:
 
 
 class DeGroote(Law):
-    """OpenSim's constants; f_v and its inverse go on along tangents beyond a hundred v_max."""
+    """OpenSim's constants; f_v and its inverse go on along tangents beyond ten v_max."""
 
     gaussians = (
         (0.8150671134243542, 1.055033428970575, 0.162384573599574, 0.063303448465465),
@@ -70,12 +70,12 @@ class DeGroote(Law):
         return self.d1 * self.d2 / math.hypot(self.d2 * v + self.d3, 1.0)
 
     def multiplier(self, v):
-        end = min(max(v, -100.0), 100.0)
+        end = min(max(v, -10.0), 10.0)
         f = self.d1 * math.asinh(self.d2 * end + self.d3) + self.d4
         return f + self.slope(end) * (v - end)
 
     def velocity(self, f):
-        for end in (-100.0, 100.0):
+        for end in (-10.0, 10.0):
             beyond = f - self.multiplier(end)
             if beyond * end > 0.0:
                 return end + beyond / self.slope(end)

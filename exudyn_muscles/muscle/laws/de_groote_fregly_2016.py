@@ -39,10 +39,11 @@ ZERO_LENGTH = 0.2  # fibre length where the passive force is zero, and the short
 # Tendon: f_SE = c1 exp(k_T (l_t - c2)) - c3; OpenSim changed c2 to 1, too.
 C_1, C_2, C_3, K_T = 0.2, 0.995, 0.25, 35.0
 OPENSIM_C_3 = 0.2
-# Beyond a hundred times the maximum contraction velocity f_v and its inverse go on along their
-# tangents: the inverse grows exponentially and would overflow at small activation. Few units get
-# beyond the usual range, which has its pieces to itself.
-USUAL, FASTEST = 2.0, 100.0
+# Beyond ten times the maximum contraction velocity, faster than any motion is, f_v and its inverse
+# go on along their tangents: the inverse grows exponentially, and with it the stiffness of weak
+# fibres under high force, beyond what can be integrated. Few units get beyond the usual range,
+# which has its pieces to itself.
+USUAL, FASTEST = 2.0, 10.0
 # Farther ends of the curves: normalised fibre length, and tendon strain over e0.
 LONGEST = 3.0
 TENDON = (-20.0, 3.0)
