@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import exudyn_muscles as em
 from exudyn_muscles.path.tree import tree_frames
+from exudyn_muscles.skeleton.skeleton import Skeleton
 
 from . import leg
 from .differences import gradient
@@ -62,7 +63,7 @@ def as_model(mbs, tree):
 
 def generalized_force(build, forces, states):
     """Q of forces at states (q, t), from the inverse dynamics with and without them."""
-    plain, loaded = (em.skeleton.Skeleton(*build(given)) for given in ((), forces))
+    plain, loaded = (Skeleton(*build(given)) for given in ((), forces))
     found = []
     with plain.opened(), loaded.opened():
         for q, t in states:
