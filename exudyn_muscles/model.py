@@ -141,7 +141,7 @@ class MusculoskeletalModel:
     def tendon_forces(self, geometry: Geometry, a: np.ndarray, l_t: np.ndarray) -> np.ndarray:
         """Tendon forces (m,) [N] of muscles in the state a, l_t (m,); slack tendons do not push."""
         F = np.empty(a.size)
-        tendon_forces(self.muscles.units, a, l_t, geometry.length, geometry.lengthening_speed, F)
+        tendon_forces(self.muscles.tables, a, l_t, geometry.length, geometry.lengthening_speed, F)
         return F
 
     def torque(

@@ -263,7 +263,7 @@ def test_viewer_without_a_display_is_an_error(tmp_path, trajectory):
         "import sys, exudyn_muscles as em; from exudyn_muscles import view\n"
         "from models import pendulum\n"
         "try: view.view(pendulum.build(), em.Trajectory.load(sys.argv[1]))\n"
-        "except view.DisplayError as error: print('caught:', error)\n"
+        "except em.DisplayError as error: print('caught:', error)\n"
     )
     environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
     done = subprocess.run(

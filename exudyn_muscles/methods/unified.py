@@ -16,7 +16,7 @@ import numpy as np
 from ..errors import WindowError
 from ..model import MusculoskeletalModel
 from ..motion import Motion
-from ..muscle.parameters import Units
+from ..muscle.parameters import MuscleTables
 from ..muscle.trapezoidal import step
 from ..numerics.curves import PackedCurves
 from ..numerics.kernel import kernel
@@ -37,7 +37,7 @@ def unified_step(
     dF/dl', r (m, n) and the torque (n,). Returns the first muscle whose step failed, or -1.
     """
     # Handed over from Python as a tuple they would take a microsecond more.
-    units = Units(table, PackedCurves(grids, bins, pieces))
+    tables = MuscleTables(table, PackedCurves(grids, bins, pieces))
     l, l_rate = trial[2], trial[3]
     failed = path_geometry(
         joints, parents, rotations, offsets, base, reference, positions, links, starts, bent,
@@ -49,7 +49,7 @@ def unified_step(
     torque[:] = 0.0
     for i in range(l.size):
         converged, a, l_t, F, F_l, F_v = step(
-            units, i, start[0, i], start[1, i], start[2, i], start[3, i], start[4, i], l[i],
+            tables, i, start[0, i], start[1, i], start[2, i], start[3, i], start[4, i], l[i],
             l_rate[i], h,
         )  # fmt: skip
         if not converged:
@@ -74,9 +74,9 @@ class UnifiedPlugin(Plugin):
     ) -> None:
         super().__init__(model, start, end, settings, motion, progress)
         m, n = len(model.muscles), len(model.skeleton.tree)
-        units = model.muscles.units
+        tables = model.muscles.tables
         # Copies, because numba takes 0.2 us longer over every array that is read-only.
-        laws = (array.copy() for array in (units.table, *units.curves))
+        laws = (array.copy() for array in (tables.table, *tables.curves))
         self._tables = (*laws, *path_tables(model.skeleton.tree, model.paths))
         # Start and trial of a step, as `unified_step` has them.
         self._start, self._trial = np.empty((5, m)), np.empty((6, m))

@@ -54,19 +54,19 @@ CONVERGED = 1e-5  # last correction of it: the next one would be its cube
 
 
 @kernel(inline=True)
-def tendon(units, i, l_t):
+def tendon(tables, i, l_t):
     """f_SE at the tendon length `l_t`, and its derivative [1/m]."""
-    per_stretch = units.table[i, PER_STRETCH]
+    per_stretch = tables.table[i, PER_STRETCH]
     f, slope, _ = evaluate(
-        units.curves, int(units.table[i, F_SE]), l_t * per_stretch - units.table[i, PER_E]
+        tables.curves, int(tables.table[i, F_SE]), l_t * per_stretch - tables.table[i, PER_E]
     )
     return f, slope * per_stretch
 
 
 @kernel(inline=True)
-def fiber(units, i, p):
+def fiber(tables, i, p):
     """Fibre length and 1/cos(alpha) at the projection `p`, and how cos(alpha) changes with p."""
-    w = units.table[i, WIDTH]
+    w = tables.table[i, WIDTH]
     if w == 0.0:
         return p, 1.0, 0.0
     per_p = 1.0 / p
@@ -75,25 +75,25 @@ def fiber(units, i, p):
 
 
 @kernel(inline=True)
-def fiber_velocity(units, i, a, f_l, load):
+def fiber_velocity(tables, i, a, f_l, load):
     """v of a fibre that bears the `load` beside f_PE, and dv/da, dv/df_l, dv/dload."""
-    r, beta = units.table[i, V_REST], units.table[i, BETA]
+    r, beta = tables.table[i, V_REST], tables.table[i, BETA]
     s = r + (1.0 - r) * a
     capacity = a * f_l
-    if units.table[i, FORM] != 0.0:
+    if tables.table[i, FORM] != 0.0:
         v_s, v_capacity, v_load = velocity_of_load(
-            units.table[i, FORM], units.table[i, AF], units.table[i, FLEN], beta, capacity, load
+            tables.table[i, FORM], tables.table[i, AF], tables.table[i, FLEN], beta, capacity, load
         )
         v_capacity, v_load = s * v_capacity, s * v_load
         return s * v_s, f_l * v_capacity + (1.0 - r) * v_s, a * v_capacity, v_load
     if beta == 0.0:
         per_capacity = 1.0 / capacity
         f_v = load * per_capacity
-        v_s, slope, _ = evaluate(units.curves, int(units.table[i, INVERSE_F_V]), f_v)
+        v_s, slope, _ = evaluate(tables.curves, int(tables.table[i, INVERSE_F_V]), f_v)
         v = s * v_s
         v_load = s * slope * per_capacity
     else:
-        v, f_v, slope = damped_velocity(units, i, s, capacity, load)
+        v, f_v, slope = damped_velocity(tables, i, s, capacity, load)
         v_load = 1.0 / (capacity * slope / s + beta)
         v_s = capacity * slope * v / (s * s) * v_load
     v_capacity = -f_v * v_load
@@ -101,17 +101,17 @@ def fiber_velocity(units, i, a, f_l, load):
 
 
 @kernel
-def damped_velocity(units, i, s, capacity, load):
+def damped_velocity(tables, i, s, capacity, load):
     """The v at which capacity f_v(v / s) + beta v is the load, f_v and its slope there:
     Chebyshev's third-order method in a bracket."""
-    beta = units.table[i, BETA] * s
-    at = int(units.table[i, F_V])
+    beta = tables.table[i, BETA] * s
+    at = int(tables.table[i, F_V])
     # The undamped velocity, damped by the slope that f_v has on average: good at both extremes.
-    w = evaluate(units.curves, int(units.table[i, INVERSE_F_V]), load / (capacity + beta))[0]
+    w = evaluate(tables.curves, int(tables.table[i, INVERSE_F_V]), load / (capacity + beta))[0]
     low, high = -math.inf, math.inf
     f_v, slope = 0.0, 0.0
     for _ in range(ITERATIONS):
-        f_v, slope, curvature = evaluate(units.curves, at, w)
+        f_v, slope, curvature = evaluate(tables.curves, at, w)
         error = capacity * f_v + beta * w - load
         if error > 0.0:
             high = w
@@ -130,89 +130,89 @@ def damped_velocity(units, i, s, capacity, load):
 
 
 @kernel(inline=True)
-def tendon_rate(units, i, a, l_t, l, l_rate):
+def tendon_rate(tables, i, a, l_t, l, l_rate):
     """l_t' [m/s], its derivatives with respect to a, l_t and l (that to l' is one), df_SE/dl_t.
 
     The fibre runs on through its shortest length, with the properties that it has there: a step
     needs a smooth rate, and its end is put back to the stop.
     """
-    if units.table[i, RIGID]:
+    if tables.table[i, RIGID]:
         return 0.0, 0.0, 0.0, 0.0, 0.0
-    f, f_t = tendon(units, i, l_t)
+    f, f_t = tendon(tables, i, l_t)
     p, moves = l - l_t, 1.0
-    if l_t >= l - units.table[i, P_MIN]:
-        p, moves = units.table[i, P_MIN], 0.0
-    l_m, per_cos, cos_p = fiber(units, i, p)
-    x = l_m * units.table[i, PER_L_M0]
-    f_l, f_l_x, _ = evaluate(units.curves, int(units.table[i, F_L]), x)
-    f_PE, f_PE_x, _ = evaluate(units.curves, int(units.table[i, F_PE]), x)
-    v, v_a, v_fl, v_load = fiber_velocity(units, i, a, f_l, f * per_cos - f_PE)
+    if l_t >= l - tables.table[i, P_MIN]:
+        p, moves = tables.table[i, P_MIN], 0.0
+    l_m, per_cos, cos_p = fiber(tables, i, p)
+    x = l_m * tables.table[i, PER_L_M0]
+    f_l, f_l_x, _ = evaluate(tables.curves, int(tables.table[i, F_L]), x)
+    f_PE, f_PE_x, _ = evaluate(tables.curves, int(tables.table[i, F_PE]), x)
+    v, v_a, v_fl, v_load = fiber_velocity(tables, i, a, f_l, f * per_cos - f_PE)
     cos_p *= per_cos
-    v_p = (v_fl * f_l_x - v_load * f_PE_x) * units.table[i, PER_L_M0] / per_cos
+    v_p = (v_fl * f_l_x - v_load * f_PE_x) * tables.table[i, PER_L_M0] / per_cos
     v_p -= v_load * f * per_cos * cos_p
-    V = units.table[i, V_M] * per_cos
+    V = tables.table[i, V_M] * per_cos
     rate_p = -V * (v_p - v * cos_p) * moves
     rate_t = -V * v_load * f_t * per_cos - rate_p
     return l_rate - V * v, -V * v_a, rate_t, rate_p, f_t
 
 
 @kernel(inline=True)
-def drift(units, i, r_l, l_rate, l_rate_rate):
+def drift(tables, i, r_l, l_rate, l_rate_rate):
     """How l_t' changes with the time because l and l' do, with `tendon_rate`'s derivative to l."""
-    if units.table[i, RIGID]:
+    if tables.table[i, RIGID]:
         return 0.0
     return r_l * l_rate + l_rate_rate
 
 
 @kernel(inline=True)
-def at_stop(units, i, l_t, l):
+def at_stop(tables, i, l_t, l):
     """The tendon length that leaves the fibre at its shortest or longer."""
-    if units.table[i, RIGID]:
+    if tables.table[i, RIGID]:
         return l_t
-    return min(l_t, l - units.table[i, P_MIN])
+    return min(l_t, l - tables.table[i, P_MIN])
 
 
 @kernel(inline=True)
-def stopped_rate(units, i, a, l_t, l, l_rate):
+def stopped_rate(tables, i, a, l_t, l, l_rate):
     """Whether the fibre rests at its shortest length, and `tendon_rate` with that stop."""
-    rate, r_a, r_t, r_l, f_t = tendon_rate(units, i, a, l_t, l, l_rate)
+    rate, r_a, r_t, r_l, f_t = tendon_rate(tables, i, a, l_t, l, l_rate)
     # A fibre that bears nothing there rests, too, whatever rounding makes of it.
-    shortens = rate > l_rate - STILL * units.table[i, V_M]
-    if shortens and l_t >= at_stop(units, i, math.inf, l):
+    shortens = rate > l_rate - STILL * tables.table[i, V_M]
+    if shortens and l_t >= at_stop(tables, i, math.inf, l):
         return True, l_rate, 0.0, 0.0, 0.0, f_t
     return False, rate, r_a, r_t, r_l, f_t
 
 
 @kernel(inline=True)
-def pull(units, i, a, l_t, l, l_rate):
+def pull(tables, i, a, l_t, l, l_rate):
     """`tendon_force` and its derivatives, but nothing where the tendon is slack."""
-    F, F_a, F_t, F_l, F_v = tendon_force(units, i, a, l_t, l, l_rate)
+    F, F_a, F_t, F_l, F_v = tendon_force(tables, i, a, l_t, l, l_rate)
     if F > 0.0:
         return F, F_a, F_t, F_l, F_v
     return 0.0, 0.0, 0.0, 0.0, 0.0
 
 
 @kernel(inline=True)
-def tendon_force(units, i, a, l_t, l, l_rate):
+def tendon_force(tables, i, a, l_t, l, l_rate):
     """F [N] by the tendon's curve, and its derivatives with respect to a, l_t, l and l'."""
-    if units.table[i, RIGID]:
-        return rigid_force(units, i, a, l - l_t, l_rate)
-    f, f_t = tendon(units, i, l_t)
-    return units.table[i, F_0] * f, 0.0, units.table[i, F_0] * f_t, 0.0, 0.0
+    if tables.table[i, RIGID]:
+        return rigid_force(tables, i, a, l - l_t, l_rate)
+    f, f_t = tendon(tables, i, l_t)
+    return tables.table[i, F_0] * f, 0.0, tables.table[i, F_0] * f_t, 0.0, 0.0
 
 
 @kernel
-def rigid_force(units, i, a, p, l_rate):
+def rigid_force(tables, i, a, p, l_rate):
     """`tendon_force` of a rigid tendon: what the fibre bears at the projection `p`."""
-    if p <= units.table[i, P_MIN]:
+    if p <= tables.table[i, P_MIN]:
         return 0.0, 0.0, 0.0, 0.0, 0.0
-    F0, V = units.table[i, F_0], units.table[i, V_M]
-    l_m, per_cos, cos_p = fiber(units, i, p)
+    F0, V = tables.table[i, F_0], tables.table[i, V_M]
+    l_m, per_cos, cos_p = fiber(tables, i, p)
     cos = 1.0 / per_cos
-    f, f_a, f_x, f_v = fiber_force(units, i, a, l_m * units.table[i, PER_L_M0], l_rate * cos / V)
+    f, f_a, f_x, f_v = fiber_force(tables, i, a, l_m * tables.table[i, PER_L_M0], l_rate * cos / V)
     if f < 0.0:  # a fibre does not push: damping acts only against what the fibre bears
         return 0.0, 0.0, 0.0, 0.0, 0.0
-    f_p = f_x * cos * units.table[i, PER_L_M0] + f_v * l_rate / V * cos_p
+    f_p = f_x * cos * tables.table[i, PER_L_M0] + f_v * l_rate / V * cos_p
     return (
         F0 * f * cos,
         F0 * f_a * cos,
@@ -223,15 +223,15 @@ def rigid_force(units, i, a, p, l_rate):
 
 
 @kernel
-def fiber_force(units, i, a, x, v):
+def fiber_force(tables, i, a, x, v):
     """Fibre force over F0 at normalised length and velocity; derivatives to a, x and v."""
-    r, beta = units.table[i, V_REST], units.table[i, BETA]
+    r, beta = tables.table[i, V_REST], tables.table[i, BETA]
     s = r + (1.0 - r) * a
-    f_l, f_l_x, _ = evaluate(units.curves, int(units.table[i, F_L]), x)
-    f_PE, f_PE_x, _ = evaluate(units.curves, int(units.table[i, F_PE]), x)
-    if units.table[i, FORM] != 0.0:
+    f_l, f_l_x, _ = evaluate(tables.curves, int(tables.table[i, F_L]), x)
+    f_PE, f_PE_x, _ = evaluate(tables.curves, int(tables.table[i, F_PE]), x)
+    if tables.table[i, FORM] != 0.0:
         f, f_capacity, f_v = load_of_velocity(
-            units.table[i, FORM], units.table[i, AF], units.table[i, FLEN], beta, a * f_l, v / s
+            tables.table[i, FORM], tables.table[i, AF], tables.table[i, FLEN], beta, a * f_l, v / s
         )
         return (
             f + f_PE,
@@ -239,7 +239,7 @@ def fiber_force(units, i, a, x, v):
             a * f_l_x * f_capacity + f_PE_x,
             f_v / s,
         )
-    f_v, slope, _ = evaluate(units.curves, int(units.table[i, F_V]), v / s)
+    f_v, slope, _ = evaluate(tables.curves, int(tables.table[i, F_V]), v / s)
     return (
         a * f_l * f_v + f_PE + beta * v,
         f_l * (f_v - a * slope * v / (s * s) * (1.0 - r)),

@@ -72,72 +72,72 @@ class MuscleDynamics(NamedTuple):
 
 
 @kernel
-def dynamics(units, a, l_t, l, l_rate, u, rows):
+def dynamics(tables, a, l_t, l, l_rate, u, rows):
     """Write the rows of `MuscleDynamics` (12, m)."""
     for i in range(a.size):
-        F0 = units.table[i, F_0]
-        p = max(l[i] - l_t[i], units.table[i, P_MIN])
-        l_m, per_cos, _ = fiber(units, i, p)
-        x = l_m * units.table[i, PER_L_M0]
-        f_l = evaluate(units.curves, int(units.table[i, F_L]), x)[0]
-        f_PE = evaluate(units.curves, int(units.table[i, F_PE]), x)[0]
-        stopped, l_t_rate, _, _, _, _ = stopped_rate(units, i, a[i], l_t[i], l[i], l_rate[i])
-        v = (l_rate[i] - l_t_rate) / (per_cos * units.table[i, V_M])
-        s = units.table[i, V_REST] + (1.0 - units.table[i, V_REST]) * a[i]
-        f_v = evaluate(units.curves, int(units.table[i, F_V]), v / s)[0]
-        F, _, F_t, _, _ = pull(units, i, a[i], l_t[i], l[i], l_rate[i])
-        rows[0, i], rows[11, i] = F, np.inf if units.table[i, RIGID] else F_t
-        rows[1, i], rows[2, i] = l_m, v * units.table[i, V_M]
-        rows[3, i] = np.arctan2(units.table[i, WIDTH], p)
+        F0 = tables.table[i, F_0]
+        p = max(l[i] - l_t[i], tables.table[i, P_MIN])
+        l_m, per_cos, _ = fiber(tables, i, p)
+        x = l_m * tables.table[i, PER_L_M0]
+        f_l = evaluate(tables.curves, int(tables.table[i, F_L]), x)[0]
+        f_PE = evaluate(tables.curves, int(tables.table[i, F_PE]), x)[0]
+        stopped, l_t_rate, _, _, _, _ = stopped_rate(tables, i, a[i], l_t[i], l[i], l_rate[i])
+        v = (l_rate[i] - l_t_rate) / (per_cos * tables.table[i, V_M])
+        s = tables.table[i, V_REST] + (1.0 - tables.table[i, V_REST]) * a[i]
+        f_v = evaluate(tables.curves, int(tables.table[i, F_V]), v / s)[0]
+        F, _, F_t, _, _ = pull(tables, i, a[i], l_t[i], l[i], l_rate[i])
+        rows[0, i], rows[11, i] = F, np.inf if tables.table[i, RIGID] else F_t
+        rows[1, i], rows[2, i] = l_m, v * tables.table[i, V_M]
+        rows[3, i] = np.arctan2(tables.table[i, WIDTH], p)
         rows[4, i], rows[5, i], rows[6, i] = f_l, f_v, f_PE
         rows[7, i] = F0 * a[i] * f_l * f_v
-        rows[8, i] = F0 * (f_PE + units.table[i, BETA] * v)
-        if units.table[i, FORM] != 0.0:
-            bears = F0 * fiber_force(units, i, a[i], x, v)[0]
-            if not (units.table[i, RIGID] or stopped):
+        rows[8, i] = F0 * (f_PE + tables.table[i, BETA] * v)
+        if tables.table[i, FORM] != 0.0:
+            bears = F0 * fiber_force(tables, i, a[i], x, v)[0]
+            if not (tables.table[i, RIGID] or stopped):
                 # Of a push there is no telling from the velocity.
-                bears = tendon_force(units, i, a[i], l_t[i], l[i], l_rate[i])[0] * per_cos
+                bears = tendon_force(tables, i, a[i], l_t[i], l[i], l_rate[i])[0] * per_cos
             rows[8, i] = bears - rows[7, i]
         rows[9, i] = l_t_rate
         rows[10, i] = activation_rate(
-            units.table[i, ACTIVATION],
+            tables.table[i, ACTIVATION],
             a[i],
             u[i],
-            units.table[i, TAU_A],
-            units.table[i, TAU_D],
-            units.table[i, SWITCH],
+            tables.table[i, TAU_A],
+            tables.table[i, TAU_D],
+            tables.table[i, SWITCH],
         )[0]
 
 
 @kernel
-def tendon_forces(units, a, l_t, l, l_rate, F):
+def tendon_forces(tables, a, l_t, l, l_rate, F):
     """Write F (m,) [N], zero where the tendons are slack."""
     for i in range(a.size):
-        F[i] = pull(units, i, a[i], l_t[i], l[i], l_rate[i])[0]
+        F[i] = pull(tables, i, a[i], l_t[i], l[i], l_rate[i])[0]
 
 
 @kernel
-def rigid_active_forces(units, l, l_rate, F):
+def rigid_active_forces(tables, l, l_rate, F):
     """Write what the fibres' active forces (m,) [N] along the tendon are with full activation and a
     tendon at its slack length; zero where the fibre would be shorter than its shortest."""
     for i in range(l.size):
-        p = l[i] - units.table[i, L_TS]
+        p = l[i] - tables.table[i, L_TS]
         F[i] = 0.0
-        if p > units.table[i, P_MIN]:
-            l_m, per_cos, _ = fiber(units, i, p)
-            f_l = evaluate(units.curves, int(units.table[i, F_L]), l_m * units.table[i, PER_L_M0])[
-                0
-            ]
-            v = l_rate[i] / (per_cos * units.table[i, V_M])
-            f_v = evaluate(units.curves, int(units.table[i, F_V]), v)[0]
-            F[i] = units.table[i, F_0] * f_l * f_v / per_cos
+        if p > tables.table[i, P_MIN]:
+            l_m, per_cos, _ = fiber(tables, i, p)
+            f_l = evaluate(
+                tables.curves, int(tables.table[i, F_L]), l_m * tables.table[i, PER_L_M0]
+            )[0]
+            v = l_rate[i] / (per_cos * tables.table[i, V_M])
+            f_v = evaluate(tables.curves, int(tables.table[i, F_V]), v)[0]
+            F[i] = tables.table[i, F_0] * f_l * f_v / per_cos
 
 
 @kernel
-def fiber_lengths(units, l_t, l, l_m):
+def fiber_lengths(tables, l_t, l, l_m):
     """Write l_m (m,) [m]."""
     for i in range(l.size):
-        l_m[i] = fiber(units, i, max(l[i] - l_t[i], units.table[i, P_MIN]))[0]
+        l_m[i] = fiber(tables, i, max(l[i] - l_t[i], tables.table[i, P_MIN]))[0]
 
 
 def muscle_dynamics(
@@ -182,7 +182,7 @@ def muscle_dynamics(
     if excitation is not None:
         (u,) = as_rows(muscles, excitation=excitation)
     rows = np.empty((12, a.size))
-    dynamics(muscles.units, a, l_t, l, l_rate, u, rows)
+    dynamics(muscles.tables, a, l_t, l, l_rate, u, rows)
     return MuscleDynamics(*rows)
 
 
@@ -202,7 +202,7 @@ def tendon_length(muscles: MuscleSet, fiber_length: ArrayLike, length: ArrayLike
         An array does not fit the muscles, or a fibre is shorter than its width.
     """
     l_m, l = as_rows(muscles, fiber_length=fiber_length, length=length)
-    w = muscles.units.table[:, WIDTH]
+    w = muscles.tables.table[:, WIDTH]
     for i in np.flatnonzero(l_m < w):
         raise ParameterError(
             f"muscle '{muscles.names[i]}': fiber_length = {l_m[i]:g} m is shorter than the fiber's "

@@ -18,45 +18,45 @@ SHORTEST_TENDON = 0.5  # no tendon shortens to this part of its slack length
 
 
 @kernel(inline=True)
-def along_tendon(units, i, a, p, v):
+def along_tendon(tables, i, a, p, v):
     """Fibre force along the tendon over F0 at the projection `p`, its derivative [1/m], and
     cos(alpha)."""
-    l_m, per_cos, cos_p = fiber(units, i, p)
+    l_m, per_cos, cos_p = fiber(tables, i, p)
     cos = 1.0 / per_cos
-    force, _, force_x, _ = fiber_force(units, i, a, l_m * units.table[i, PER_L_M0], v)
-    stiffness = force_x * cos * cos * units.table[i, PER_L_M0] + force * cos_p
+    force, _, force_x, _ = fiber_force(tables, i, a, l_m * tables.table[i, PER_L_M0], v)
+    stiffness = force_x * cos * cos * tables.table[i, PER_L_M0] + force * cos_p
     return force * cos, stiffness, cos
 
 
 @kernel
-def moving_fiber(units, i, a, l, l_rate, p):
+def moving_fiber(tables, i, a, l, l_rate, p):
     """Fibre force along the tendon over F0 at the projection `p`, the fibre velocity [m/s] and the
     stiffnesses of tendon and fibre [F0/m].
 
     Of the unit's speed l' the fibre takes the share that its compliance at rest has in the unit's.
     """
-    _, k_t = tendon(units, i, l - p)
-    _, k_m, cos = along_tendon(units, i, a, p, 0.0)
+    _, k_t = tendon(tables, i, l - p)
+    _, k_m, cos = along_tendon(tables, i, a, p, 0.0)
     share = 0.0
-    if units.table[i, RIGID]:
+    if tables.table[i, RIGID]:
         share = 1.0
     elif k_t > 0.0:
         share = k_t / (k_t + max(k_m, 0.0))
     speed = share * l_rate * cos
-    force, k_m, _ = along_tendon(units, i, a, p, speed / units.table[i, V_M])
+    force, k_m, _ = along_tendon(tables, i, a, p, speed / tables.table[i, V_M])
     return force, speed, k_t, k_m
 
 
 @kernel
-def equilibrium_length(units, i, a, l, l_rate):
+def equilibrium_length(tables, i, a, l, l_rate):
     """Tendon length [m] at which fibre and tendon balance, by bisection."""
-    if units.table[i, RIGID]:
-        return units.table[i, L_TS]
-    low = units.table[i, P_MIN]
-    high = max(l - SHORTEST_TENDON * units.table[i, L_TS], low)
+    if tables.table[i, RIGID]:
+        return tables.table[i, L_TS]
+    low = tables.table[i, P_MIN]
+    high = max(l - SHORTEST_TENDON * tables.table[i, L_TS], low)
     for _ in range(BISECTIONS):
         p = 0.5 * (low + high)
-        if tendon(units, i, l - p)[0] > moving_fiber(units, i, a, l, l_rate, p)[0]:
+        if tendon(tables, i, l - p)[0] > moving_fiber(tables, i, a, l, l_rate, p)[0]:
             low = p
         else:
             high = p
@@ -64,37 +64,37 @@ def equilibrium_length(units, i, a, l, l_rate):
 
 
 @kernel
-def equilibria(units, a, l, l_rate, rows):
+def equilibria(tables, a, l, l_rate, rows):
     """Write the rows F, l_t, l_m, l_m', stiffness (5, m) of all muscles."""
     for i in range(a.size):
-        l_t = equilibrium_length(units, i, a[i], l[i], l_rate[i])
-        p = max(l[i] - l_t, units.table[i, P_MIN])
-        l_m, per_cos, _ = fiber(units, i, p)
-        F, _, _, stiffness, _ = pull(units, i, a[i], l_t, l[i], l_rate[i])
+        l_t = equilibrium_length(tables, i, a[i], l[i], l_rate[i])
+        p = max(l[i] - l_t, tables.table[i, P_MIN])
+        l_m, per_cos, _ = fiber(tables, i, p)
+        F, _, _, stiffness, _ = pull(tables, i, a[i], l_t, l[i], l_rate[i])
         speed = l_rate[i] / per_cos
-        if not units.table[i, RIGID]:
-            _, speed, k_t, k_m = moving_fiber(units, i, a[i], l[i], l_rate[i], p)
+        if not tables.table[i, RIGID]:
+            _, speed, k_t, k_m = moving_fiber(tables, i, a[i], l[i], l_rate[i], p)
             taut = F > 0.0 and k_t > 0.0
-            stiffness = units.table[i, F_0] * k_t * k_m / (k_t + k_m) if taut else 0.0
+            stiffness = tables.table[i, F_0] * k_t * k_m / (k_t + k_m) if taut else 0.0
         rows[0, i], rows[1, i], rows[2, i], rows[3, i], rows[4, i] = F, l_t, l_m, speed, stiffness
 
 
 @kernel
-def steady_activations(units, F, l, l_rate, a):
+def steady_activations(tables, F, l, l_rate, a):
     """Write activations (m,) whose equilibrium in motion is the force `F`, as far as allowed, by
     bisection."""
     for i in range(F.size):
-        p = max(l[i] - tendon_length_at(units, i, F[i]), units.table[i, P_MIN])
-        wanted = F[i] / units.table[i, F_0]
-        low, high = units.table[i, A_MIN], 1.0
+        p = max(l[i] - tendon_length_at(tables, i, F[i]), tables.table[i, P_MIN])
+        wanted = F[i] / tables.table[i, F_0]
+        low, high = tables.table[i, A_MIN], 1.0
         # What the fibre cannot bear actively asks for no activation, or rounding would.
-        if moving_fiber(units, i, low, l[i], l_rate[i], p)[0] >= wanted - ROUNDING:
+        if moving_fiber(tables, i, low, l[i], l_rate[i], p)[0] >= wanted - ROUNDING:
             high = low
-        elif moving_fiber(units, i, high, l[i], l_rate[i], p)[0] <= wanted:
+        elif moving_fiber(tables, i, high, l[i], l_rate[i], p)[0] <= wanted:
             low = high
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
-            if moving_fiber(units, i, middle, l[i], l_rate[i], p)[0] < wanted:
+            if moving_fiber(tables, i, middle, l[i], l_rate[i], p)[0] < wanted:
                 low = middle
             else:
                 high = middle
@@ -102,15 +102,15 @@ def steady_activations(units, F, l, l_rate, a):
 
 
 @kernel
-def tendon_length_at(units, i, F):
+def tendon_length_at(tables, i, F):
     """Longest tendon length [m] that bears no more than `F`."""
-    l_ts = units.table[i, L_TS]
-    if units.table[i, RIGID]:
+    l_ts = tables.table[i, L_TS]
+    if tables.table[i, RIGID]:
         return l_ts
     low, high = SHORTEST_TENDON * l_ts, 2.0 * l_ts
     for _ in range(BISECTIONS):
         l_t = 0.5 * (low + high)
-        if units.table[i, F_0] * tendon(units, i, l_t)[0] <= F:
+        if tables.table[i, F_0] * tendon(tables, i, l_t)[0] <= F:
             low = l_t
         else:
             high = l_t
@@ -118,7 +118,7 @@ def tendon_length_at(units, i, F):
 
 
 class Equilibrium(NamedTuple):
-    """Units whose fibre and tendon balance, (m,) each.
+    """MuscleTables whose fibre and tendon balance, (m,) each.
 
     Attributes
     ----------
@@ -191,5 +191,5 @@ def equilibrium(
     )
     check_range("activation", a, muscles)
     rows = np.empty((5, a.size))
-    equilibria(muscles.units, a, l, l_rate, rows)
+    equilibria(muscles.tables, a, l, l_rate, rows)
     return Equilibrium(*rows)

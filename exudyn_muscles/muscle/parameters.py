@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ..path.points import MovingPathPoint, PathPoint
     from ..path.surfaces import PathWrap, WrapSurface
 
-# Columns of `Units.table`. The last five are the numbers of the muscle's curves; FORM, AF and FLEN
+# Columns of `MuscleTables.table`. The last five are the numbers of the muscle's curves; FORM, AF and FLEN
 # are those of `force_velocity.py`.
 (
     F_0, L_M0, PER_L_M0, L_TS, PER_E, PER_STRETCH, WIDTH, V_M, V_REST, BETA, P_MIN, RIGID,
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 MAXIMUM_PENNATION = math.acos(0.1)
 
 
-class Units(NamedTuple):
+class MuscleTables(NamedTuple):
     """What the compiled kernels see of m muscles.
 
     Attributes
@@ -208,7 +208,7 @@ class MuscleSet:
     Attributes
     ----------
     names : tuple of str
-    units : Units
+    tables : MuscleTables
         As the compiled kernels use them; its arrays are read-only.
 
     Raises
@@ -228,7 +228,7 @@ class MuscleSet:
         numbers: dict[Curve, int] = {}
         table = np.array([_row(muscle, numbers) for muscle in self._muscles])
         table.setflags(write=False)
-        self.units = Units(table, pack(list(numbers)))
+        self.tables = MuscleTables(table, pack(list(numbers)))
 
     def __len__(self) -> int:
         return len(self._muscles)
@@ -239,26 +239,26 @@ class MuscleSet:
     @property
     def max_isometric_force(self) -> np.ndarray:
         """F0, (m,) [N]."""
-        return self.units.table[:, F_0]
+        return self.tables.table[:, F_0]
 
     @property
     def minimum_activation(self) -> np.ndarray:
         """a_min, (m,)."""
-        return self.units.table[:, A_MIN]
+        return self.tables.table[:, A_MIN]
 
     @property
     def optimal_fiber_length(self) -> np.ndarray:
         """l_m0, (m,) [m]."""
-        return self.units.table[:, L_M0]
+        return self.tables.table[:, L_M0]
 
     def with_rigid(self, l_t: np.ndarray) -> np.ndarray:
         """Tendon lengths (m,) [m], with the slack length where the tendon is rigid."""
-        return np.where(self.units.table[:, RIGID] == 1.0, self.units.table[:, L_TS], l_t)
+        return np.where(self.tables.table[:, RIGID] == 1.0, self.tables.table[:, L_TS], l_t)
 
     @property
     def shortest_taut_length(self) -> np.ndarray:
         """Musculotendon length (m,) [m] below which the tendon is slack at the shortest fibre."""
-        return self.units.table[:, L_TS] + self.units.table[:, P_MIN]
+        return self.tables.table[:, L_TS] + self.tables.table[:, P_MIN]
 
 
 def _row(muscle: Muscle, numbers: dict[Curve, int]) -> list[float]:

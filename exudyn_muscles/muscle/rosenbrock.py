@@ -67,15 +67,15 @@ def stage_rate(law, a, c, u, tau_a, tau_d, b, slope):
 
 
 @kernel(inline=True)
-def activation_step(units, i, a, u, h):
+def activation_step(tables, i, a, u, h):
     """One step of the activation: its five later stages, its end and six increments, the last of
     which is the estimate of the error.
 
     Stages of a step far beyond the time constants cross u, which a does not: there the law is
     another one, or none. The stages and the end that are returned lie between a and u.
     """
-    law, b = units.table[i, ACTIVATION], units.table[i, SWITCH]
-    tau_a, tau_d = units.table[i, TAU_A], units.table[i, TAU_D]
+    law, b = tables.table[i, ACTIVATION], tables.table[i, SWITCH]
+    tau_a, tau_d = tables.table[i, TAU_A], tables.table[i, TAU_D]
     low, high = min(a, u), max(a, u)
     rate, slope, _ = activation_rate(law, a, u, tau_a, tau_d, b)
     w, d = 1.0 / (1.0 / (GAMMA * h) - slope), 1.0 / h
@@ -109,57 +109,57 @@ def activation_step(units, i, a, u, h):
 
 
 @kernel(inline=True)
-def activation_end(units, i, a, u, h):
+def activation_end(tables, i, a, u, h):
     """Activation after one step, and the error of it."""
-    _, _, _, _, _, end, _, _, _, _, _, u_6 = activation_step(units, i, a, u, h)
+    _, _, _, _, _, end, _, _, _, _, _, u_6 = activation_step(tables, i, a, u, h)
     return end, abs(u_6)
 
 
 @kernel
-def rosenbrock_step(units, i, a, u, l_t, start, c, t, h_n):
+def rosenbrock_step(tables, i, a, u, l_t, start, c, t, h_n):
     """One step from `t` of a fibre that is not at its stop, with the rate there from `start`.
 
     Returns a, l_t, the errors of both, and df_SE/dl_t at the end.
     """
     _, rate, r_a, r_t, r_l, _ = start
     a_2, a_3, a_4, a_5, a_6, a_1, u_1, u_2, u_3, u_4, u_5, u_6 = activation_step(
-        units, i, a, u, h_n
+        tables, i, a, u, h_n
     )
     _, speed, acceleration = length_at(c, t)
     w, d = 1.0 / (1.0 / (GAMMA * h_n) - r_t), 1.0 / h_n
-    moved = h_n * drift(units, i, r_l, speed, acceleration)
+    moved = h_n * drift(tables, i, r_l, speed, acceleration)
     y_1 = w * (rate + r_a * u_1 + G1 * moved)
 
     l, v, _ = length_at(c, t + T2 * h_n)
     y = l_t + A21 * y_1
-    beyond = y - at_stop(units, i, y, l)
-    f = tendon_rate(units, i, a_2, y, l, v)[0]
+    beyond = y - at_stop(tables, i, y, l)
+    f = tendon_rate(tables, i, a_2, y, l, v)[0]
     nearer = max(rate - speed, f - v)
     y_2 = w * (f + r_a * u_2 + G2 * moved + d * C21 * y_1)
     l, v, _ = length_at(c, t + T3 * h_n)
     y = l_t + A31 * y_1 + A32 * y_2
-    beyond = max(beyond, y - at_stop(units, i, y, l))
-    f = tendon_rate(units, i, a_3, y, l, v)[0]
+    beyond = max(beyond, y - at_stop(tables, i, y, l))
+    f = tendon_rate(tables, i, a_3, y, l, v)[0]
     nearer = max(nearer, f - v)
     y_3 = w * (f + r_a * u_3 + G3 * moved + d * (C31 * y_1 + C32 * y_2))
     l, v, _ = length_at(c, t + T4 * h_n)
     y = l_t + A41 * y_1 + A42 * y_2 + A43 * y_3
-    beyond = max(beyond, y - at_stop(units, i, y, l))
-    f = tendon_rate(units, i, a_4, y, l, v)[0]
+    beyond = max(beyond, y - at_stop(tables, i, y, l))
+    f = tendon_rate(tables, i, a_4, y, l, v)[0]
     nearer = max(nearer, f - v)
     y_4 = w * (f + r_a * u_4 + G4 * moved + d * (C41 * y_1 + C42 * y_2 + C43 * y_3))
     l, v, _ = length_at(c, t + h_n)
     y = l_t + A51 * y_1 + A52 * y_2 + A53 * y_3 + A54 * y_4
-    beyond = max(beyond, y - at_stop(units, i, y, l))
-    f = tendon_rate(units, i, a_5, y, l, v)[0]
+    beyond = max(beyond, y - at_stop(tables, i, y, l))
+    f = tendon_rate(tables, i, a_5, y, l, v)[0]
     nearer = max(nearer, f - v)
     y_5 = w * (f + r_a * u_5 + d * (C51 * y_1 + C52 * y_2 + C53 * y_3 + C54 * y_4))
     y += y_5
-    rate, _, _, _, f_t = tendon_rate(units, i, a_6, y, l, v)
+    rate, _, _, _, f_t = tendon_rate(tables, i, a_6, y, l, v)
     y_6 = w * (rate + r_a * u_6 + d * (C61 * y_1 + C62 * y_2 + C63 * y_3 + C64 * y_4 + C65 * y_5))
-    end = at_stop(units, i, y + y_6, l)
-    second = abs(y_5) * math.sqrt(abs(y_5) * units.table[i, PER_STRETCH])
-    error = max(abs(end - at_stop(units, i, y, l)), SECOND * second)
+    end = at_stop(tables, i, y + y_6, l)
+    second = abs(y_5) * math.sqrt(abs(y_5) * tables.table[i, PER_STRETCH])
+    error = max(abs(end - at_stop(tables, i, y, l)), SECOND * second)
     if end == y + y_6:
         # The stop was not there for a fibre that came back from beyond it; but no farther than it
         # moves itself, as one that bears nothing does not.
@@ -168,36 +168,36 @@ def rosenbrock_step(units, i, a, u, l_t, start, c, t, h_n):
 
 
 @kernel
-def stopped_step(units, i, a, u, c, t, h_n):
+def stopped_step(tables, i, a, u, c, t, h_n):
     """One step from `t` of a fibre at its stop; the error is what it misses if it leaves.
 
     Returns a, l_t, the errors of both, and df_SE/dl_t at the end.
     """
-    a_1, error_a = activation_end(units, i, a, u, h_n)
+    a_1, error_a = activation_end(tables, i, a, u, h_n)
     l, v, _ = length_at(c, t + h_n)
-    end = at_stop(units, i, math.inf, l)
-    leaving = max(v - tendon_rate(units, i, a_1, end, l, v)[0], 0.0)
+    end = at_stop(tables, i, math.inf, l)
+    leaving = max(v - tendon_rate(tables, i, a_1, end, l, v)[0], 0.0)
     return a_1, end, error_a, 0.5 * h_n * leaving, 0.0
 
 
 @kernel
 def integrate_rosenbrock(
-    units, i, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps
+    tables, i, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps
 ):  # fmt: skip
     """Integrate muscle `i` over a window; see `window.integrate`."""
-    law, b = units.table[i, ACTIVATION], units.table[i, SWITCH]
-    tau_a, tau_d = units.table[i, TAU_A], units.table[i, TAU_D]
-    least = LEAST_STIFFNESS * units.table[i, PER_STRETCH]
+    law, b = tables.table[i, ACTIVATION], tables.table[i, SWITCH]
+    tau_a, tau_d = tables.table[i, TAU_A], tables.table[i, TAU_D]
+    least = LEAST_STIFFNESS * tables.table[i, PER_STRETCH]
     c = cubic(l_0, v_0, l_1, v_1, h)
     chosen = steps == 0
     t, n, h_n, constant = 0.0, 0, 0.0, 0.0
     a_u, y_u = 0.0, 0.0
-    start = stopped_rate(units, i, a, l_t, l_0, v_0)
+    start = stopped_rate(tables, i, a, l_t, l_0, v_0)
     rate_a, f_a, f_u = activation_rate(law, a, u, tau_a, tau_d, b)
     if chosen:
         # A first step whose curvature is within the tolerance.
         _, _, l_tt = length_at(c, 0.0)
-        curvature = start[2] * rate_a + start[3] * start[1] + drift(units, i, start[4], v_0, l_tt)
+        curvature = start[2] * rate_a + start[3] * start[1] + drift(tables, i, start[4], v_0, l_tt)
         h_n = START * min(
             h, math.sqrt(SHARE * tolerance / (max(start[5], least) * abs(curvature) + 1e-300))
         )
@@ -210,10 +210,10 @@ def integrate_rosenbrock(
             end = mesh[n]
         h_n = end - t  # from the mesh: using it again gives the same bits
         if start[0]:
-            a_1, l_t1, error_a, error_t, f_t = stopped_step(units, i, a, u, c, t, h_n)
+            a_1, l_t1, error_a, error_t, f_t = stopped_step(tables, i, a, u, c, t, h_n)
         else:
             a_1, l_t1, error_a, error_t, f_t = rosenbrock_step(
-                units, i, a, u, l_t, start, c, t, h_n
+                tables, i, a, u, l_t, start, c, t, h_n
             )
         l, v, _ = length_at(c, end)
         # Errors older than a time constant 1/|df/dx| have decayed by the window's end, so that one
@@ -240,7 +240,7 @@ def integrate_rosenbrock(
             mesh[n] = end
         elif not error <= REUSE:
             return -1, a, l_t, 0.0, 0.0
-        start_1 = stopped_rate(units, i, a_1, l_t1, l, v)
+        start_1 = stopped_rate(tables, i, a_1, l_t1, l, v)
         _, f_a1, f_u1 = activation_rate(law, a_1, u, tau_a, tau_d, b)
         a_u1 = sensitivity(a_u, f_a, f_a1, f_u, f_u1, h_n)
         y_u = sensitivity(y_u, start[3], start_1[3], start[2] * a_u, start_1[2] * a_u1, h_n)
@@ -248,7 +248,7 @@ def integrate_rosenbrock(
         t = end
         n += 1
         if (chosen and end == h) or n == steps:
-            F, F_a, F_t, _, _ = tendon_force(units, i, a, l_t, l, v)
+            F, F_a, F_t, _, _ = tendon_force(tables, i, a, l_t, l, v)
             return n, a, l_t, F, F_t * y_u + F_a * a_u
         if chosen:
             h_n *= min(factor, GROWTH)

@@ -44,18 +44,18 @@ LONGEST = 8e-4
 
 
 @kernel
-def implicit_step(units, i, l_t, rate, a_1, l_1, v_1, h, guess):
+def implicit_step(tables, i, l_t, rate, a_1, l_1, v_1, h, guess):
     """Solve one step from `l_t` with the slope `rate`.
 
     Returns (converged, l_t, whether the fibre is at its stop, the rate and its derivatives to a,
     l_t and l).
     """
-    stretch = 1.0 / units.table[i, PER_STRETCH]
-    stop = at_stop(units, i, math.inf, l_1)
+    stretch = 1.0 / tables.table[i, PER_STRETCH]
+    stop = at_stop(tables, i, math.inf, l_1)
     x = min(guess, stop)
     r, r_a, r_t, r_l = 0.0, 0.0, 0.0, 0.0
     for _ in range(NEWTON):
-        r, r_a, r_t, r_l, _ = tendon_rate(units, i, a_1, x, l_1, v_1)
+        r, r_a, r_t, r_l, _ = tendon_rate(tables, i, a_1, x, l_1, v_1)
         rest = l_t + 0.5 * h * (rate + r) - x
         if x == stop and rest >= 0.0:
             return True, x, True, v_1, 0.0, 0.0, 0.0
@@ -75,22 +75,22 @@ def implicit_step(units, i, l_t, rate, a_1, l_1, v_1, h, guess):
 
 @kernel
 def integrate_trapezoidal(
-    units, i, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps
+    tables, i, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps
 ):  # fmt: skip
     """Integrate muscle `i` over a window; see `window.integrate`."""
-    law, b = units.table[i, ACTIVATION], units.table[i, SWITCH]
-    tau_a, tau_d = units.table[i, TAU_A], units.table[i, TAU_D]
-    F0 = units.table[i, F_0]
-    least = LEAST_STIFFNESS * F0 * units.table[i, PER_STRETCH]
+    law, b = tables.table[i, ACTIVATION], tables.table[i, SWITCH]
+    tau_a, tau_d = tables.table[i, TAU_A], tables.table[i, TAU_D]
+    F0 = tables.table[i, F_0]
+    least = LEAST_STIFFNESS * F0 * tables.table[i, PER_STRETCH]
     c = cubic(l_0, v_0, l_1, v_1, h)
     chosen = steps == 0
     t, n, h_n, h_p, rate_p = 0.0, 0, 0.0, 0.0, 0.0
     a_u, y_u = 0.0, 0.0
-    _, r, r_a, r_t, r_l, _ = stopped_rate(units, i, a, l_t, l_0, v_0)
+    _, r, r_a, r_t, r_l, _ = stopped_rate(tables, i, a, l_t, l_0, v_0)
     rate_a, f_a, f_u = activation_rate(law, a, u, tau_a, tau_d, b)
-    F, F_a, F_t, _, _ = tendon_force(units, i, a, l_t, l_0, v_0)
+    F, F_a, F_t, _, _ = tendon_force(tables, i, a, l_t, l_0, v_0)
     # l_t'' at the start serves the first error estimate and the first step.
-    second = r_a * rate_a + r_t * r + drift(units, i, r_l, v_0, length_at(c, 0.0)[2])
+    second = r_a * rate_a + r_t * r + drift(tables, i, r_l, v_0, length_at(c, 0.0)[2])
     if chosen:
         allowed = SHARE * tolerance * F0
         third = max(F_t, least) * abs(second) * (abs(r_t) + 1.0 / h)
@@ -103,13 +103,13 @@ def integrate_trapezoidal(
         else:
             end = mesh[n]
         h_n = end - t  # from the mesh: using it again gives the same bits
-        a_1, error_a = activation_end(units, i, a, u, h_n)
+        a_1, error_a = activation_end(tables, i, a, u, h_n)
         l, v, _ = length_at(c, end)
         guess = l_t + h_n * (r + 0.5 * h_n * second)
         converged, l_t1, stopped, q, q_a, q_t, _ = implicit_step(
-            units, i, l_t, r, a_1, l, v, h_n, guess
+            tables, i, l_t, r, a_1, l, v, h_n, guess
         )
-        F_1, F_a1, F_t1, _, _ = tendon_force(units, i, a_1, l_t1, l, v)
+        F_1, F_a1, F_t1, _, _ = tendon_force(tables, i, a_1, l_t1, l, v)
         # Local error h^3 x'''/12, x''' from divided differences of the slopes; the factor
         # (1 - h/2 df/dx)^-1 keeps fast components from being overrated.
         if n == 0:
@@ -154,45 +154,45 @@ def integrate_trapezoidal(
 
 
 @kernel
-def step(units, i, a_0, l_t, u, l_0, v_0, l_1, v_1, h):
+def step(tables, i, a_0, l_t, u, l_0, v_0, l_1, v_1, h):
     """One step of a and l_t.
 
     Returns (converged, a, l_t, F, dF/dl_1, dF/dl_1'), the last three zero if the tendon is slack.
     """
     a_1 = trapezoidal(
-        units.table[i, ACTIVATION],
+        tables.table[i, ACTIVATION],
         a_0,
         u,
-        units.table[i, TAU_A],
-        units.table[i, TAU_D],
-        units.table[i, SWITCH],
+        tables.table[i, TAU_A],
+        tables.table[i, TAU_D],
+        tables.table[i, SWITCH],
         h,
     )
-    _, r, _, r_t, _, _ = stopped_rate(units, i, a_0, l_t, l_0, v_0)
+    _, r, _, r_t, _, _ = stopped_rate(tables, i, a_0, l_t, l_0, v_0)
     guess = l_t + h * r / (1.0 - min(h * r_t, 0.0))
     converged, l_t1, stopped, _, _, r_t, r_l = implicit_step(
-        units, i, l_t, r, a_1, l_1, v_1, h, guess
+        tables, i, l_t, r, a_1, l_1, v_1, h, guess
     )
     if not converged:
-        converged, l_t1, r_t, r_l = bisect_step(units, i, l_t, r, a_1, l_1, v_1, h)
-    F, _, F_t, F_l, F_v = pull(units, i, a_1, l_t1, l_1, v_1)
+        converged, l_t1, r_t, r_l = bisect_step(tables, i, l_t, r, a_1, l_1, v_1, h)
+    F, _, F_t, F_l, F_v = pull(tables, i, a_1, l_t1, l_1, v_1)
     if stopped:
         F_l = F_t
-    elif not units.table[i, RIGID]:
+    elif not tables.table[i, RIGID]:
         gain = 0.5 * h / (1.0 - 0.5 * h * r_t)
         F_l, F_v = F_t * gain * r_l, F_t * gain
     return converged, a_1, l_t1, F, F_l, F_v
 
 
 @kernel
-def bisect_step(units, i, l_t, rate, a_1, l_1, v_1, h):
+def bisect_step(tables, i, l_t, rate, a_1, l_1, v_1, h):
     """The same equation as `implicit_step` by bisection, for steps that are long for the muscle."""
-    least = 0.5 * units.table[i, L_TS]
-    low, high = least, max(at_stop(units, i, math.inf, l_1), least)
+    least = 0.5 * tables.table[i, L_TS]
+    low, high = least, max(at_stop(tables, i, math.inf, l_1), least)
     r_t, r_l = 0.0, 0.0
     for _ in range(60):
         x = 0.5 * (low + high)
-        r, _, r_t, r_l, _ = tendon_rate(units, i, a_1, x, l_1, v_1)
+        r, _, r_t, r_l, _ = tendon_rate(tables, i, a_1, x, l_1, v_1)
         if l_t + 0.5 * h * (rate + r) > x:
             low = x
         else:

@@ -37,7 +37,7 @@ class Integrator(Enum):
 
 
 @kernel
-def integrate(method, units, i, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps):
+def integrate(method, tables, i, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps):
     """Integrate muscle `i` over a window of length `h`.
 
     Musculotendon length is the cubic through both ends' lengths and velocities. `steps` = 0 chooses
@@ -48,14 +48,16 @@ def integrate(method, units, i, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mes
     """
     if method == ROSENBROCK:
         return integrate_rosenbrock(
-            units, i, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps
+            tables, i, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps
         )
-    return integrate_trapezoidal(units, i, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps)
+    return integrate_trapezoidal(
+        tables, i, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps
+    )
 
 
 @kernel
 def integrate_all(
-    method, units, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps, end
+    method, tables, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps, end
 ):  # fmt: skip
     """Integrate all m muscles for each of the k rows of `u`.
 
@@ -67,7 +69,7 @@ def integrate_all(
         for i in range(u.shape[1]):
             for _ in range(2):
                 n, a_1, l_t1, F, F_u = integrate(
-                    method, units, i, a[i], l_t[i], u[k, i], l_0[i], v_0[i], l_1[i], v_1[i], h,
+                    method, tables, i, a[i], l_t[i], u[k, i], l_0[i], v_0[i], l_1[i], v_1[i], h,
                     tolerance, mesh[k, min(i, mesh.shape[1] - 1)], steps[k, i],
                 )  # fmt: skip
                 if n > 0 or steps[k, i] == 0:
@@ -169,7 +171,7 @@ def integrate_window(
     mesh, steps = np.empty((1, 1, MAX_STEPS)), np.zeros((1, m), dtype=np.int64)
     end = np.empty((4, 1, m))
     failed = integrate_all(
-        integrator.value, muscles.units, a, l_t, u[None], l_0, v_0, l_1, v_1, window, tolerance,
+        integrator.value, muscles.tables, a, l_t, u[None], l_0, v_0, l_1, v_1, window, tolerance,
         mesh, steps, end,
     )  # fmt: skip
     check_window(failed, muscles, a, l_t, l_0, v_0, window)

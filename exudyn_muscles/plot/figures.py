@@ -560,8 +560,8 @@ def _fiber_path(unit: Muscle, trajectory: Trajectory) -> np.ndarray:
 
 def _fiber_force(unit: Muscle, a: float, x: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Fibre force over F0 at all pairs of normalised length and velocity, (v, x)."""
-    units = MuscleSet([unit]).units
-    return np.array([[fiber_force(units, 0, a, each, speed)[0] for each in x] for speed in v])
+    tables = MuscleSet([unit]).tables
+    return np.array([[fiber_force(tables, 0, a, each, speed)[0] for each in x] for speed in v])
 
 
 def _range_of(usual: tuple[float, float], path: np.ndarray | None, row: int) -> tuple[float, float]:

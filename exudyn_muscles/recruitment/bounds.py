@@ -71,7 +71,7 @@ class ReachableForces:
         """
         a, l_t, l_0, v_0 = self._start
         failed = integrate_all(
-            self._method, self._muscles.units, a, l_t, self._limits, l_0, v_0, l, v, self._h,
+            self._method, self._muscles.tables, a, l_t, self._limits, l_0, v_0, l, v, self._h,
             self._tolerance, self._mesh, self._steps, self._end,
         )  # fmt: skip
         check_window(failed, self._muscles, a, l_t, l_0, v_0, self._h)
@@ -91,7 +91,7 @@ class ReachableForces:
         a, l_t, l_0, v_0 = self._start
         u, end = np.empty(a.size), np.empty((3, a.size))
         count, failed = excitations(
-            self._method, self._muscles.units, a, l_t, self._limits, F_opt, self._end[:, 0],
+            self._method, self._muscles.tables, a, l_t, self._limits, F_opt, self._end[:, 0],
             self._end[:, 1], l_0, v_0, *self._goal, self._h, self._tolerance, self._scratch, u, end,
         )  # fmt: skip
         self.integrations += count
@@ -114,7 +114,7 @@ def steady_state(
     """Activations and tendon lengths (m,) of the steady motion nearest to the forces `F`, with
     activations between the excitations `u` (2, m)."""
     a = np.empty(F.size)
-    steady_activations(muscles.units, F, l, v, a)
+    steady_activations(muscles.tables, F, l, v, a)
     a = np.clip(a, *u)
     return a, _steady(muscles, a, l, v)[1]
 
@@ -124,5 +124,5 @@ def _steady(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Forces and tendon lengths (m,) of muscles in equilibrium."""
     rows = np.empty((5, a.size))
-    equilibria(muscles.units, a, l, v, rows)
+    equilibria(muscles.tables, a, l, v, rows)
     return rows[0], rows[1]

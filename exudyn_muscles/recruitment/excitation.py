@@ -19,7 +19,7 @@ NARROW = 1e-12  # bracket of u in which F_end jumps, by less than the tolerance,
 
 @kernel
 def excitations(
-    method, units, a, l_t, limits, wanted, low, high, l_0, v_0, l_1, v_1, h, tolerance, mesh, u,
+    method, tables, a, l_t, limits, wanted, low, high, l_0, v_0, l_1, v_1, h, tolerance, mesh, u,
     end,
 ):  # fmt: skip
     """Solve (11) for all m muscles.
@@ -31,7 +31,7 @@ def excitations(
     """
     integrations = 0
     for i in range(a.size):
-        close = CONVERGED * units.table[i, F_0]
+        close = CONVERGED * tables.table[i, F_0]
         u_low, u_high = limits[0, i], limits[1, i]
         # The bounds are never below zero: a muscle that is slack either way rests.
         if wanted[i] <= max(low[2, i], 0.0) + close:
@@ -46,7 +46,7 @@ def excitations(
         found = False
         for _ in range(ITERATIONS):
             n, a_1, l_t1, F_1, F_u = integrate(
-                method, units, i, a[i], l_t[i], u_n, l_0[i], v_0[i], l_1[i], v_1[i], h, tolerance,
+                method, tables, i, a[i], l_t[i], u_n, l_0[i], v_0[i], l_1[i], v_1[i], h, tolerance,
                 mesh, steps,
             )  # fmt: skip
             integrations += 1

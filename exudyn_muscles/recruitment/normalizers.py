@@ -54,5 +54,5 @@ class RigidTendonForce:
 
     def __call__(self, muscles: MuscleSet, F_max: np.ndarray, geometry: Geometry) -> np.ndarray:
         F = np.empty(len(muscles))
-        rigid_active_forces(muscles.units, geometry.length, geometry.lengthening_speed, F)
+        rigid_active_forces(muscles.tables, geometry.length, geometry.lengthening_speed, F)
         return np.maximum(F, SMALLEST_SHARE * muscles.max_isometric_force)

@@ -589,8 +589,8 @@ class Recorder:
         lengths = np.array([row.length for row in geometry])
         force, fiber = np.empty((2, *tendon.shape))
         for k, (l, l_rate, *_) in enumerate(geometry):
-            tendon_forces(model.muscles.units, activation[k], tendon[k], l, l_rate, force[k])
-            fiber_lengths(model.muscles.units, tendon[k], l, fiber[k])
+            tendon_forces(model.muscles.tables, activation[k], tendon[k], l, l_rate, force[k])
+            fiber_lengths(model.muscles.tables, tendon[k], l, fiber[k])
         time = np.array([row.time for row in self._rows])
         desired = np.full_like(q, np.nan) if self._motion is None else self._motion(time)[0]
         u, demanded, unmet, low, optimal, high = _stacked(windows, (m, n, n, m, m, m))

@@ -96,7 +96,7 @@ def line(name, times, forces, ends, F0, tolerance):
 @pytest.mark.parametrize("kind", ["ordinary", "box"])
 def test_cost_of_a_window(kind, capsys):
     muscles, states, ends = load(kind)
-    units, F0 = muscles.units, muscles.max_isometric_force
+    units, F0 = muscles.tables, muscles.max_isometric_force
     ratio = np.array([x.tendon_slack_length / x.optimal_fiber_length for x in muscles])
     parts = {"": ratio > 0.0}
     for low, high in ((0.1, 0.5), (0.5, 2.0), (2.0, 10.0)):

@@ -42,7 +42,7 @@ def one_step(law, a, u, h, smoothing=0.1):
 
 def rosenbrock(law, a, u, h, steps, smoothing=0.1):
     """Activation after `steps` steps, and the estimate of the last one's error."""
-    units = em.MuscleSet([unit(law, smoothing)]).units
+    units = em.MuscleSet([unit(law, smoothing)]).tables
     for _ in range(steps):
         a, error = activation_end(units, 0, a, u, h / steps)
     return a, error

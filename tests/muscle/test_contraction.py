@@ -71,7 +71,7 @@ def random_state(rng, law, rigid=False):
 
 def of_one(kernel, state):
     muscle, *rest = state
-    return kernel(em.MuscleSet([muscle]).units, 0, *rest)
+    return kernel(em.MuscleSet([muscle]).tables, 0, *rest)
 
 
 def rounding(state, partials):
@@ -150,7 +150,7 @@ def check_partials(kernel, state, scales, least=0.0):
     known to be small beside what the function can be.
     """
     muscle, *arguments = state
-    units = em.MuscleSet([muscle]).units
+    units = em.MuscleSet([muscle]).tables
     partials = kernel(units, 0, *arguments)[1 : 1 + len(scales)]
     certain = 0
     for k, (partial, scale) in enumerate(zip(partials, scales, strict=True)):

@@ -184,7 +184,7 @@ def test_no_force_is_below_zero(law, rigid):
         force = em.muscle_dynamics(muscles, *state).tendon_force[0]
         balance = em.equilibrium(muscles, [a], [l], [v])
         rows = np.empty(1)
-        tendon_forces(muscles.units, *(np.array(x) for x in state), rows)
+        tendon_forces(muscles.tables, *(np.array(x) for x in state), rows)
         assert rows[0] == force
         ends = [l, l + 0.001 * v], [v, v]
         end = em.integrate_window(
@@ -193,7 +193,7 @@ def test_no_force_is_below_zero(law, rigid):
         assert min(force, balance.force[0], end.force[0]) >= 0.0
         if force == 0.0:
             slack += 1
-            assert step(muscles.units, 0, a, l_t, 0.01, l, v, l, v, 1e-9)[3:] == (0.0, 0.0, 0.0)
+            assert step(muscles.tables, 0, a, l_t, 0.01, l, v, l, v, 1e-9)[3:] == (0.0, 0.0, 0.0)
     assert slack > 10 or rigid or isinstance(law, em.Thelen2003Deprecated)
 
 

@@ -303,7 +303,7 @@ def slack_unit(law):
 
 def steady(muscles, F, l, v=0.0):
     a = np.empty(len(muscles))
-    steady_activations(muscles.units, F, l, np.full(l.size, v), a)
+    steady_activations(muscles.tables, F, l, np.full(l.size, v), a)
     return a
 
 

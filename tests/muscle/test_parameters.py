@@ -214,12 +214,12 @@ def test_a_law_for_rigid_tendons_only():
 def test_units_share_the_curves_of_equal_laws():
     """A hundred muscles of one law carry its curves once."""
     curves = [F_L, F_V, INVERSE_F_V, F_PE, F_SE]
-    same = em.MuscleSet(em.Muscle(f"m{k}", **GOOD, law=em.Thelen2003()) for k in range(100)).units
+    same = em.MuscleSet(em.Muscle(f"m{k}", **GOOD, law=em.Thelen2003()) for k in range(100)).tables
     assert same.table.shape[0] == 100
     assert len(same.curves.grids) == 5
     assert (same.table[:, curves] == same.table[0, curves]).all()
     laws = list(LAWS.values())
-    every = em.MuscleSet(em.Muscle(f"m{k}", **GOOD, law=law) for k, law in enumerate(laws)).units
+    every = em.MuscleSet(em.Muscle(f"m{k}", **GOOD, law=law) for k, law in enumerate(laws)).tables
     assert len(np.unique(every.table[:, F_L])) == len(laws)
     for array in (every.table, *every.curves):
         assert not array.flags.writeable

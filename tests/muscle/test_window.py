@@ -49,7 +49,7 @@ def ends(kind, integrator, tolerance):
 
 @cache
 def units_of(muscle):
-    return em.MuscleSet([muscle]).units
+    return em.MuscleSet([muscle]).tables
 
 
 def at_steps(muscle, state, integrator, mesh, steps, tolerance=TOLERANCE, window=hill.WINDOW):
@@ -125,7 +125,7 @@ def test_the_error_is_below_the_tolerance(kind, integrator, tolerance):
     assert error.max() < 10.0 * tolerance, f"state {error.argmax()}"
     assert abs(end.activation - a).max() < tolerance
     # A slack tendon bears nothing now, but soon may.
-    error = abs(end.tendon_length - l_t) * muscles.units.table[:, PER_STRETCH]
+    error = abs(end.tendon_length - l_t) * muscles.tables.table[:, PER_STRETCH]
     assert np.mean(error > tolerance / LEAST_STIFFNESS) <= 0.01
     assert error.max() < 10.0 * tolerance / LEAST_STIFFNESS, f"state {error.argmax()}"
 
