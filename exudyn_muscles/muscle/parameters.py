@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ..path.points import MovingPathPoint, PathPoint
     from ..path.surfaces import PathWrap, WrapSurface
 
-# Columns of `MuscleTables.table`. The last five are the numbers of the muscle's curves; FORM, AF and FLEN
+# Columns of `MuscleTables.table`. The last five are the numbers of the curves; FORM, AF and FLEN
 # are those of `force_velocity.py`.
 (
     F_0, L_M0, PER_L_M0, L_TS, PER_E, PER_STRETCH, WIDTH, V_M, V_REST, BETA, P_MIN, RIGID,
