@@ -69,7 +69,10 @@ from .recruitment.normalizers import (
     RigidTendonForce,
 )
 from .recruitment.optimization import Solver
-from .results.trajectory import Counts, Difference, Excitations, Status, Trajectory
+from .results.comparison import Difference
+from .results.counts import Counts, Status
+from .results.excitations import Excitations
+from .results.trajectory import Trajectory
 from .skeleton.external_forces import ExternalForce, add_external_force
 
 __version__ = version("exudyn_muscles")

@@ -12,7 +12,7 @@ import pytest
 import exudyn_muscles as em
 from exudyn_muscles import cli
 from exudyn_muscles.cli import names, report, sources
-from exudyn_muscles.results.trajectory import POINTS, WINDOWS
+from exudyn_muscles.results.quantities import QUANTITIES
 
 PENDULUM = Path(__file__).parents[1] / "models" / "pendulum.py"
 
@@ -429,7 +429,7 @@ def test_help_of_check_names_every_quantity(capsys):
     with pytest.raises(SystemExit):
         cli.main(["check", "--help"])
     text = capsys.readouterr().out.replace(",", " ").split()
-    assert {*POINTS, *WINDOWS} <= set(text)
+    assert {quantity.name for quantity in QUANTITIES} <= set(text)
 
 
 @pytest.mark.parametrize("arguments", [[], ["run"], ["compare"], ["check"], ["curves"]])

@@ -10,9 +10,12 @@ import pytest
 
 import exudyn_muscles as em
 from exudyn_muscles.path.geometry import Geometry
-from exudyn_muscles.results.trajectory import _saturated
+from exudyn_muscles.results import storing
+from exudyn_muscles.results.quantities import QUANTITIES, When, markdown
+from exudyn_muscles.results.recorder import _saturated
 from models import pendulum, planar_arm
 
+from .reference.make import FOLDER
 from .runs import KP, plugin_run, settings, start_at
 
 
@@ -143,7 +146,7 @@ def test_another_version_is_refused(csf, tmp_path):
     header = json.loads(str(content.pop("header")))
     header["version"] = 99
     np.savez(tmp_path / "later.npz", header=json.dumps(header), **content)
-    with pytest.raises(em.ResultFileError, match=r"version 3, found .* version 99"):
+    with pytest.raises(em.ResultFileError, match=r"version 1 to 3, found .* version 99"):
         em.Trajectory.load(tmp_path / "later.npz")
 
 
@@ -170,6 +173,46 @@ def test_a_damaged_content_is_refused(csf, tmp_path, change):
     np.savez(tmp_path / "damaged.npz", header=json.dumps(header), **arrays)
     with pytest.raises(em.ResultFileError, match=r"damaged\.npz"):
         em.Trajectory.load(tmp_path / "damaged.npz")
+
+
+# Written by the versions of this package that had these formats; the first of them had no units.
+OLDER = ["version_1", "version_1_with_units", "version_2", "version_3"]
+
+
+@pytest.mark.parametrize("name", OLDER)
+def test_results_of_older_versions_are_read(name, tmp_path):
+    file = FOLDER / "results" / f"{name}.npz"
+    with np.load(file) as stored:
+        arrays = {name: stored[name] for name in stored.files}
+    header = json.loads(str(arrays.pop("header")))
+    result = em.Trajectory.load(file)
+    for quantity in QUANTITIES:
+        found = getattr(result, quantity.field)
+        if quantity.since > header["version"]:
+            assert quantity.field not in arrays
+            assert found.shape == quantity.shape(vars(result)) and np.isnan(found).all()
+        else:
+            np.testing.assert_array_equal(found, arrays[quantity.field])
+    assert result.coordinate_units == ("rad",) and result.saturated == ((),)
+    assert (result.method, result.status, result.windows) == ("static", em.Status.COMPLETE, 3)
+    assert result.settings == header["settings"] and result.versions == header["versions"]
+    assert dataclasses.asdict(result.counts) == header["counts"]
+    result.save(tmp_path / "now.npz")
+    assert em.Trajectory.load(tmp_path / "now.npz").compare(result) is None
+
+
+def test_what_an_older_version_had_is_not_made_up(tmp_path):
+    with np.load(FOLDER / "results" / "version_1.npz") as stored:
+        rest = {name: stored[name] for name in stored.files if name != "fiber_lengths"}
+    np.savez(tmp_path / "part.npz", **rest)
+    with pytest.raises(em.ResultFileError, match=r"truncated, without \['fiber_lengths'\]"):
+        em.Trajectory.load(tmp_path / "part.npz")
+
+
+def test_a_start_that_was_not_stored_is_not_replayed():
+    old = em.Trajectory.load(FOLDER / "results" / "version_1.npz")
+    with pytest.raises(em.ParameterError, match="initial l_t must be 2 finite values"):
+        em.forward_dynamics(pendulum.build(), old.excitations)
 
 
 def test_flipped_bytes_are_refused_or_harmless(csf, tmp_path):
@@ -206,6 +249,80 @@ def test_compare_names_quantity_time_and_size(csf):
     assert two.compare(csf).quantity == "coordinates"
     window = changed(csf, "excitation_values", 10, 0, 0.1).compare(csf)
     assert (window.quantity, window.time) == ("excitations", pytest.approx(0.11))
+
+
+@pytest.fixture(scope="module")
+def strained():
+    """A stored result with reserves that help and a demand out of reach."""
+    one = em.Trajectory.load(FOLDER / "planar_arm_csf.npz")
+    help_ = 0.1 * one.torques_delivered[:1] + np.zeros((one.windows + 1, 2))
+    return dataclasses.replace(
+        one,
+        reserve_names=("shoulder_reserve", "elbow_reserve"),
+        reserves=help_,
+        torques_unmet=0.2 * one.torques_demanded,
+        start_unmet=0.2 * one.torques_demanded[0],
+    )
+
+
+STRENGTH = [one.field for one in QUANTITIES if one.unit in ("N", "N m or N")]
+
+
+@pytest.mark.parametrize("times", [100.0, 0.01])
+@pytest.mark.parametrize("name", STRENGTH)
+def test_compare_finds_the_same_relative_error_of_a_model_of_any_strength(name, times, strained):
+    quantity = next(one for one in QUANTITIES if one.field == name)
+    of = "tendon_forces" if quantity.unit == "N" else "torques_delivered"
+    scale = np.abs(getattr(strained, of)).max()
+    other = {field: times * getattr(strained, field) for field in STRENGTH}
+    for model, size in ((strained, scale), (dataclasses.replace(strained, **other), times * scale)):
+        for share, found in ((0.9, None), (1.1, name)):
+            array = getattr(model, name).copy()
+            array[(-1,) * array.ndim] += share * quantity.tolerance * size
+            difference = dataclasses.replace(model, **{name: array}).compare(model)
+            assert (difference and difference.quantity) == found
+            if found:
+                assert difference.tolerance == pytest.approx(quantity.tolerance * size, rel=1e-3)
+
+
+def test_torques_that_cancel_may_differ_by_rounding(csf):
+    still = {name: np.zeros_like(getattr(csf, name)) for name in STRENGTH if "torque" in name}
+    held = dataclasses.replace(csf, **still)
+    assert changed(held, "torques_delivered", 5, 0, 1e-9).compare(held) is None
+    assert changed(held, "torques_delivered", 5, 0, 1e-2).compare(held) is not None
+
+
+def test_compare_notices_another_start(csf):
+    difference = dataclasses.replace(csf, start_unmet=np.array([1.0])).compare(csf)
+    assert difference[:3] == ("start_unmet", 0.0, 1.0)
+
+
+def test_compare_of_results_without_windows(csf):
+    windows = {
+        one.field: getattr(csf, one.field)[:0] for one in QUANTITIES if one.when is When.WINDOWS
+    }
+    nothing = dataclasses.replace(
+        csf, window_time=csf.window_time[:1], reserves=csf.reserves[:1], **windows
+    )
+    assert nothing.compare(nothing) is None
+    assert nothing.compare(csf).quantity == "window_time"
+    pytest.importorskip("pandas")
+    assert "excitations/left" not in nothing.to_dataframe()
+
+
+def test_every_array_is_in_the_table_and_every_field_in_files():
+    arrays = {one.name for one in dataclasses.fields(em.Trajectory) if one.type == "np.ndarray"}
+    others = {one.name for one in dataclasses.fields(em.Trajectory)} - arrays
+    assert {one.field for one in QUANTITIES} == arrays and len(QUANTITIES) == len(arrays)
+    assert set(storing.KINDS) == others
+    assert max(one.since for one in QUANTITIES) <= storing.FORMAT_VERSION
+    assert all(f"    {one.field} : {one.symbols} ndarray\n" in em.Trajectory.__doc__
+               for one in QUANTITIES)  # fmt: skip
+
+
+def test_the_documented_table_is_the_one_in_use():
+    """Made by `from exudyn_muscles.results.quantities import markdown; print(markdown())`."""
+    assert markdown() in (FOLDER.parents[1] / "docs" / "results.md").read_text()
 
 
 def test_compare_with_own_tolerances(csf):

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 
+from ..results.quantities import QUANTITIES
 from . import commands
 from .names import CMC_STEPS, KP, LAWS, METHODS, PROGRAM, STEP
 
@@ -196,10 +197,7 @@ def build_parser() -> argparse.ArgumentParser:
         "check",
         commands.check,
         "compare a stored result with a stored reference",
-        "quantities: coordinates, desired_coordinates [rad or m], speeds [rad/s or m/s],\n"
-        "accelerations, excitations, activations, tendon_forces, force_min, force_max,\n"
-        "force_optimal [N], musculotendon_lengths, tendon_lengths, fiber_lengths [m],\n"
-        "torques_demanded, torques_delivered, torques_unmet, reserves [N m or N]\n\n"
+        f"quantities:\n{_quantities()}\n\n"
         f"example: {PROGRAM} check pendulum_csf.npz reference.npz --tolerance excitations=1e-3\n"
         "exit status: 0 they agree, 1 they differ, 2 a file cannot be used",
     )
@@ -241,6 +239,15 @@ def build_parser() -> argparse.ArgumentParser:
         help="figure, whose ending says its format; default curves.png",
     )
     return parser
+
+
+def _quantities() -> str:
+    """Names of what `check` compares, a line for each unit."""
+    units = dict.fromkeys(one.unit for one in QUANTITIES)
+    named = {unit: ", ".join(x.name for x in QUANTITIES if x.unit == unit) for unit in units}
+    return "\n".join(
+        f"  {names} [{unit}]" if unit else f"  {names}" for unit, names in named.items()
+    )
 
 
 def _tolerance(text: str) -> tuple[str, float]:

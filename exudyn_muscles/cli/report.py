@@ -137,7 +137,7 @@ def _number(count: int, noun: str) -> str:
 
 def exit_status(trajectory: Trajectory) -> int:
     """Exit status of a run; one that was stopped early is not a success."""
-    from ..results.trajectory import Status
+    from ..results.counts import Status
 
     if trajectory.status is Status.COMPLETE:
         return 0

@@ -20,7 +20,8 @@ import numpy as np
 from ..errors import ParameterError, StabilityWarning, warn
 from ..model import MusculoskeletalModel
 from ..motion import Motion
-from ..results.trajectory import Trajectory, Window
+from ..results.recorder import Window
+from ..results.trajectory import Trajectory
 from ..simulation.plugin import Plugin
 from ..simulation.run import simulate
 from .control import (

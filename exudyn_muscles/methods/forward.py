@@ -13,7 +13,9 @@ from ..model import MusculoskeletalModel
 from ..muscle.arguments import check_range
 from ..muscle.equilibrium import equilibrium
 from ..path.geometry import Geometry
-from ..results.trajectory import Excitations, Trajectory, Window
+from ..results.excitations import Excitations
+from ..results.recorder import Window
+from ..results.trajectory import Trajectory
 from ..simulation.run import simulate
 from .control import check_settings, check_step
 from .unified import UnifiedPlugin

@@ -19,7 +19,8 @@ from ..path.geometry import Geometry
 from ..recruitment.bounds import Excitation, ReachableForces, steady_bounds, steady_state
 from ..recruitment.limits import Limits
 from ..recruitment.optimization import Recruiter, Recruitment
-from ..results.trajectory import Counts, Recorder, Window
+from ..results.counts import Counts
+from ..results.recorder import Recorder, Window
 from .control import RecruitmentSettings
 
 

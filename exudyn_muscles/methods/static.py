@@ -16,7 +16,9 @@ from ..doubts import warn_of_angles
 from ..errors import FrozenBodiesWarning, warn
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
-from ..results.trajectory import Counts, Recorder, Row, Status, Trajectory
+from ..results.counts import Counts, Status
+from ..results.recorder import Recorder, Row
+from ..results.trajectory import Trajectory
 from ..simulation.plugin import warn_of_unmet_torque
 from ..simulation.run import number_of_steps
 from ..skeleton.external_forces import check_external_forces

@@ -21,7 +21,7 @@ from ..muscle.trapezoidal import step
 from ..numerics.curves import PackedCurves
 from ..numerics.kernel import kernel
 from ..path.geometry import Geometry, path_geometry, path_tables
-from ..results.trajectory import Window
+from ..results.recorder import Window
 from ..simulation.plugin import Plugin
 
 

@@ -1,10 +1,11 @@
-"""What a stored result has to be, whoever stored it."""
+"""A trajectory as a file: what a stored result has to be, whoever stored it, and whenever."""
 
 from __future__ import annotations
 
 import json
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,8 @@ import numpy as np
 
 from ..errors import ResultFileError, cut
 from ..files.disk import read_arrays, write_arrays
+from .counts import Counts, Status
+from .quantities import QUANTITIES
 
 FORMAT = "exudyn_muscles.Trajectory"
 FORMAT_VERSION = 3
@@ -21,7 +24,7 @@ UNITS = {"rad", "m"}
 
 
 def write_fields(file: str | Path, fields: Mapping[str, Any]) -> None:
-    """Write arrays as such, and all other fields as a header.
+    """Write arrays as such, and all other fields of a trajectory as a header.
 
     Raises
     ------
@@ -30,12 +33,16 @@ def write_fields(file: str | Path, fields: Mapping[str, Any]) -> None:
     """
     arrays = {name: value for name, value in fields.items() if isinstance(value, np.ndarray)}
     rest = {name: value for name, value in fields.items() if name not in arrays}
+    rest |= {"status": fields["status"].name, "counts": asdict(fields["counts"])}
     header = {"format": FORMAT, "version": FORMAT_VERSION, **rest}
     write_arrays(file, header=json.dumps(header), **arrays)
 
 
 def read_fields(file: str | Path) -> dict[str, Any]:
-    """The fields of a trajectory: arrays of floats, and the others as JSON has them.
+    """All fields of a trajectory, which fit each other.
+
+    What files of older versions lack is NaN, or what was meant then: angles, and no saturated
+    muscles.
 
     Raises
     ------
@@ -49,9 +56,9 @@ def read_fields(file: str | Path) -> dict[str, Any]:
         found = header.pop("format", None), header.pop("version", None)
     except Exception as error:
         raise ResultFileError(f"{file}: not a readable trajectory ({error!r})") from error
-    if found != (FORMAT, FORMAT_VERSION):
+    if found[0] != FORMAT or found[1] not in range(1, FORMAT_VERSION + 1):
         raise ResultFileError(
-            f"{file}: expected {FORMAT} version {FORMAT_VERSION}, found {found[0]} version "
+            f"{file}: expected {FORMAT} version 1 to {FORMAT_VERSION}, found {found[0]} version "
             f"{found[1]}"
         )
     for name, array in content.items():
@@ -60,7 +67,51 @@ def read_fields(file: str | Path) -> dict[str, Any]:
     for name, value in header.items():
         if name in content or not KINDS.get(name, _nothing)(value):
             raise ResultFileError(f"{file}: damaged header, {name} = {cut(repr(value))}")
-    return {**{name: array.astype(float) for name, array in content.items()}, **header}
+    fields = {**{name: array.astype(float) for name, array in content.items()}, **header}
+    _complete(fields, found[1], file)
+    try:
+        fields["status"] = Status[fields["status"]]
+        fields["counts"] = Counts(**fields["counts"])
+    except (TypeError, KeyError) as error:
+        raise ResultFileError(f"{file}: damaged header ({error!r})") from error
+    for name in ("coordinate_names", "coordinate_units", "muscle_names", "reserve_names"):
+        fields[name] = tuple(fields[name])
+    fields["saturated"] = tuple(map(tuple, fields["saturated"]))
+    _check_sizes(fields, file)
+    return fields
+
+
+def _complete(fields: dict[str, Any], version: int, file: str | Path) -> None:
+    """Add what the file's version does not have; raise ResultFileError for what it lacks."""
+    since = {one.field: one.since for one in QUANTITIES} | dict.fromkeys(KINDS, 1)
+    since |= {name: first for name, (first, _) in ADDED.items()}
+    missing = {name for name, first in since.items() if first <= version} - set(fields)
+    if missing:
+        raise ResultFileError(f"{file}: truncated, without {sorted(missing)}")
+    foreign = set(fields) - set(since)
+    if foreign:
+        raise ResultFileError(f"{file}: a trajectory has no {cut(str(sorted(foreign)))}")
+    for name, (_, usual) in ADDED.items():
+        fields.setdefault(name, [usual] * len(fields["coordinate_names"]))
+    for one in QUANTITIES:
+        if one.field not in fields:
+            fields[one.field] = np.full(one.shape(fields), np.nan)
+
+
+def _check_sizes(fields: Mapping[str, Any], file: str | Path) -> None:
+    """Raise ResultFileError unless all fields fit each other."""
+    for one in QUANTITIES:
+        found, expected = fields[one.field].shape, one.shape(fields)
+        if found != expected:
+            raise ResultFileError(f"{file}: {one.field} of shape {found}, expected {expected}")
+    n = len(fields["coordinate_names"])
+    for name in ("coordinate_units", "saturated"):
+        if len(fields[name]) != n:
+            raise ResultFileError(f"{file}: {name} are not {n}, one for each coordinate")
+    for name in ("time", "window_time"):
+        clock = fields[name]
+        if clock.size == 0 or not np.isfinite(clock).all() or (np.diff(clock) <= 0.0).any():
+            raise ResultFileError(f"{file}: {name} does not increase, or is empty")
 
 
 def _nothing(value: Any) -> bool:
@@ -98,16 +149,6 @@ KINDS: dict[str, Callable[[Any], bool]] = {
     "settings": lambda value: isinstance(value, dict),
     "versions": lambda value: isinstance(value, dict) and all(map(_is_text, value.values())),
 }
-
-
-def other_kinds(settings: Mapping[str, Any], reference: Mapping[str, Any]) -> bool:
-    """Whether settings are those of something else: no name is common, or a common one has a number
-    here and a truth value, text, list or mapping there. None stands for what is usual.
-
-    Single names may have changed between versions.
-    """
-    common = set(settings) & set(reference)
-    pairs = [(settings[name], reference[name]) for name in common]
-    kinds = [tuple(float if type(x) is int else type(x) for x in pair) for pair in pairs]
-    differ = any(a is not b and type(None) not in (a, b) for a, b in kinds)
-    return differ or not (common or settings == reference)
+# Those of them that not every version has: the first that always does, and what stands for each
+# coordinate's.
+ADDED: dict[str, tuple[int, Any]] = {"coordinate_units": (2, "rad"), "saturated": (3, [])}

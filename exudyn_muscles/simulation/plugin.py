@@ -38,7 +38,9 @@ from ..errors import (
 from ..model import MusculoskeletalModel
 from ..motion import Motion
 from ..path.geometry import Geometry
-from ..results.trajectory import Counts, Recorder, Row, Status, Trajectory, Window
+from ..results.counts import Counts, Status
+from ..results.recorder import Recorder, Row, Window
+from ..results.trajectory import Trajectory
 from ..skeleton.external_forces import check_external_forces
 from ..skeleton.hold import Hold, hold
 from ..skeleton.skeleton import Skeleton, original, raise_as_itself

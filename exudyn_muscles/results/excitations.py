@@ -1,0 +1,105 @@
+"""Excitations over time, from a result or a file, to be replayed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import ParameterError, StorageError
+from ..files.storage import read_storage
+from ..forces.actuators import Actuator, actuator_names
+
+
+@dataclass(frozen=True, eq=False)
+class Excitations:
+    """Piecewise constant excitations of m muscles and their windows.
+
+    Attributes
+    ----------
+    time : (k + 1,) ndarray
+        Ends of the k windows [s].
+    values : (k, m) ndarray
+        u in every window.
+    reserves : (k + 1, r) ndarray
+        Reserve torques at the windows' ends, linear in between [N m].
+    initial : tuple of ndarray or None
+        q (n,), q' (n,), a (m,) and l_t (m,) at the start, if known.
+
+    Raises
+    ------
+    ParameterError
+        Shapes that do not fit, times that do not increase, or values not finite.
+    """
+
+    time: np.ndarray
+    values: np.ndarray
+    reserves: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
+    initial: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None = None
+
+    def __post_init__(self) -> None:
+        t, u = np.asarray(self.time, dtype=float), np.asarray(self.values, dtype=float)
+        r = np.asarray(self.reserves, dtype=float)
+        if r.size == 0:
+            r = np.empty((t.size, 0))
+        if t.ndim == 1 and u.ndim == 2 and t.size == len(u) > 0:
+            raise ParameterError(
+                f"excitations: {t.size} times for as many rows of values; a row is held from one "
+                "time to the next, so append the end of the last row to the times, or leave that "
+                "row out"
+            )
+        if t.ndim != 1 or u.ndim != 2 or t.size != u.shape[0] + 1 or len(u) == 0:
+            raise ParameterError(
+                f"excitations: time {t.shape} and values {u.shape} do not fit: expected (k + 1,) "
+                "and (k, m)"
+            )
+        if r.ndim != 2 or r.shape[0] != t.size:
+            raise ParameterError(f"excitations: reserves {r.shape} do not fit time {t.shape}")
+        if not (np.isfinite(t).all() and np.isfinite(u).all() and np.isfinite(r).all()):
+            raise ParameterError("excitations: time, values and reserves must be finite")
+        if (np.diff(t) <= 0.0).any():
+            raise ParameterError("excitations: time must increase")
+        for name, value in (("time", t), ("values", u), ("reserves", r)):
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_file(
+        cls, file: str | Path, muscles: Sequence[str], reserves: Sequence[Actuator] = ()
+    ) -> Excitations:
+        """Excitations from a file of controls as OpenSim's CMC writes it, and this package too.
+
+        A row holds the controls of the window that ends there; those of the first do not matter.
+
+        Parameters
+        ----------
+        file : str or Path
+            As `read_storage` reads it.
+        muscles : sequence of str
+            Names of the m muscles; other columns do not matter.
+        reserves : sequence of Reserve, PointActuator or TorqueActuator
+            Those of the model, whose optimal forces the controls are multiplied with; their columns
+            have their names.
+
+        Raises
+        ------
+        StorageError
+            The file is damaged, lacks a column, or has only one row.
+        ParameterError
+            An excitation is not finite.
+        FileNotFoundError
+        """
+        storage = read_storage(file)
+        names = actuator_names(reserves)
+        try:
+            u, torques = storage.controls(muscles)[1:], storage.controls(names)
+            if len(u) == 0:
+                raise StorageError("controls need at least two rows, the ends of a window")
+            return cls(storage.time, u, torques * [reserve.optimal_force for reserve in reserves])
+        except (StorageError, ParameterError) as error:
+            raise type(error)(f"{file}: {error}") from error
+
+    def window(self, t: float) -> int:
+        """Number of the window that contains `t`; the last or first one outside."""
+        return int(np.clip(np.searchsorted(self.time, t, "right") - 1, 0, len(self.values) - 1))
