@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
+from exudyn_muscles import plot
 from exudyn_muscles.errors import ParameterError
-from exudyn_muscles.plot import figures as plot
+from exudyn_muscles.plot.fibers import _fiber_force
 from models import pendulum
 
 
@@ -303,7 +304,7 @@ def test_the_force_that_is_drawn_is_the_fibers(law):
                      tendon_slack_length=0.2, law=law, ignore_tendon_compliance=True)  # fmt: skip
     muscles = em.MuscleSet([unit])
     x, v = np.array([0.6, 1.0, 1.3]), np.array([-0.7, 0.0, 0.2])
-    found = plot._fiber_force(unit, 0.4, x, v)
+    found = _fiber_force(unit, 0.4, x, v)
     for j in range(3):
         for k in range(3):
             now = em.muscle_dynamics(muscles, [0.4], [0.2], [0.2 + 0.1 * x[k]], [v[j]])

@@ -17,8 +17,9 @@ from exudyn.utilities import (
 from matplotlib.image import imread
 
 import exudyn_muscles as em
+from exudyn_muscles import view
 from exudyn_muscles.errors import ParameterError
-from exudyn_muscles.view import scene as view
+from exudyn_muscles.view.colors import BONE
 from models import pendulum
 
 SETTINGS = em.Cosimulation(kp=534.0)
@@ -113,11 +114,11 @@ def test_own_graphics_of_the_tree_in_place_of_sticks(model):
     with view.show_muscles(model, sticks=False):
         colors, points = drawn(model)
     assert has_color(colors, (*view.UNKNOWN, 1.0))
-    assert not has_color(colors, (*view.BONE, 1.0))
+    assert not has_color(colors, (*BONE, 1.0))
     np.testing.assert_array_equal(points[: len(own)], own)
     with view.show_muscles(model):
         colors, points = drawn(model)
-    assert has_color(colors, (*view.BONE, 1.0))
+    assert has_color(colors, (*BONE, 1.0))
     assert not np.array_equal(points[: len(own)], own)
 
 

@@ -1,14 +1,8 @@
 """Figures of results and of muscles."""
 
-from .figures import (
-    activations,
-    comparison,
-    curves,
-    excitations,
-    forces,
-    muscle,
-    tracking_errors,
-)
+from .fibers import muscle
+from .laws import curves
+from .trajectories import activations, comparison, excitations, forces, tracking_errors
 
 __all__ = [
     "activations",

@@ -1,0 +1,152 @@
+"""Panels of a figure, a name each, with what all of them look like."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import ParameterError
+from .styles import ALONE, COLORS, Style
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
+    from matplotlib.gridspec import SubplotSpec
+
+PAGE_WIDTH = 7.0  # in
+ROW_HEIGHT = 2.1  # in
+EXTRA_HEIGHT = 0.6  # in, for legend and time axis
+
+
+class Panels:
+    """The axes of named panels; `shared` if they are all the same one."""
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        axes: Axes | Sequence[Axes] | np.ndarray | None,
+        columns: int | None = None,
+    ) -> None:
+        self.names = names
+        count = len(names)
+        if axes is None:
+            import matplotlib.pyplot as plt
+
+            rows, width = grid_size(count) if columns is None else (-(-count // columns), columns)
+            _, grid = plt.subplots(
+                rows, width, figsize=(PAGE_WIDTH, EXTRA_HEIGHT + ROW_HEIGHT * rows), sharex=True,
+                sharey=columns is None, squeeze=False, layout="constrained",
+            )  # fmt: skip
+            self.axes = without_spare(grid, count)
+        else:
+            given = np.atleast_1d(np.array(axes, dtype=object)).ravel()
+            if given.size not in (1, count):
+                raise ParameterError(
+                    f"axes: give one, or one for each of {', '.join(names)}; got {given.size}"
+                )
+            self.axes = np.repeat(given, count) if given.size < count else given
+        self.shared = count > 1 and all(panel is self.axes[0] for panel in self.axes)
+        self._entries: dict[str, Artist] = {}
+
+    def line(self, k: int, x: np.ndarray, y: np.ndarray, style: Style, **options: str) -> None:
+        """Draw y over x in panel k."""
+        from matplotlib.lines import Line2D
+
+        color = COLORS[k % len(COLORS)] if self.shared else style.color
+        self.axes[k].plot(x, y, color=color, label=style.label, **style.line, **options)
+        if self.shared:
+            # All names and then all methods, instead of all their pairs.
+            for i, name in enumerate(self.names):
+                thick = Line2D([], [], color=COLORS[i % len(COLORS)], linewidth=4.0)
+                self._entries.setdefault(name, thick)
+            color = "0.2"
+        if not (style.alone and self.shared):
+            self._entries[style.label] = Line2D([], [], color=color, **style.line)
+
+    def entry(self, label: str, artist: Artist) -> None:
+        """A further entry of the legend."""
+        self._entries.setdefault(label, artist)
+
+    def finish(self, label: str, bottom: float | None = None) -> np.ndarray:
+        """Labels, titles, limits, legend; the axes."""
+        panels = self.axes[:1] if self.shared else self.axes
+        for k, panel in enumerate(panels):
+            tidy(panel)
+            place = panel.get_subplotspec()
+            if bottom is not None:
+                panel.set_ylim(bottom=bottom)
+            if place is None or place.is_first_col():
+                panel.set_ylabel(label)
+            if place is None or _is_lowest(place, panels):
+                panel.set_xlabel("time [s]")
+            if place is not None and place.get_gridspec().ncols > 2:
+                panel.locator_params(axis="x", nbins=4, steps=[1, 2, 5, 10])
+            if len(self.names) > 1 and not self.shared:
+                panel.set_title(self.names[k], fontsize="medium")
+        legend(panels, self._entries)
+        return self.axes
+
+
+def sample(color: str, **line: Any) -> Artist:
+    """A line for a legend."""
+    from matplotlib.lines import Line2D
+
+    return Line2D([], [], color=color, linewidth=ALONE, **line)
+
+
+def tidy(panel: Axes) -> None:
+    """What all panels look like."""
+    panel.margins(x=0.0)
+    panel.grid(True, color="0.88", linewidth=0.8)
+    panel.set_axisbelow(True)
+    panel.spines[["top", "right"]].set_visible(False)
+
+
+def legend(panels: np.ndarray, entries: dict[str, Artist], columns: int | None = None) -> None:
+    """One legend for all panels, above them where the layout makes room for it."""
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    figure: Figure | SubFigure = panels[0].figure
+    options: dict[str, Any] = {
+        "handles": list(entries.values()),
+        "labels": list(entries),
+        "handlelength": 3.2,
+    }
+    engine = panels[0].get_figure(root=True).get_layout_engine()
+    if isinstance(engine, ConstrainedLayoutEngine):
+        columns = columns or (len(entries) if len(entries) <= 5 else 4)
+        figure.align_ylabels(list(panels))
+        figure.legend(loc="outside upper center", ncols=columns, frameon=False, **options)
+    else:
+        panels[0].legend(**options)
+
+
+def without_spare(grid: np.ndarray, count: int) -> np.ndarray:
+    """The first `count` axes of a grid; the others become invisible."""
+    columns = grid.shape[1]
+    axes = grid.ravel()
+    for k in range(count, axes.size):
+        axes[k].set_visible(False)
+        axes[k - columns].tick_params(labelbottom=True)  # now the lowest of its column
+    return axes[:count]
+
+
+def _is_lowest(place: SubplotSpec, panels: np.ndarray) -> bool:
+    """Whether none of the panels lies below `place` in the same grid."""
+    others = (panel.get_subplotspec() for panel in panels)
+    return not any(
+        other is not None
+        and other.get_gridspec() is place.get_gridspec()
+        and other.rowspan.start >= place.rowspan.stop
+        and other.colspan.start == place.colspan.start
+        for other in others
+    )
+
+
+def grid_size(count: int) -> tuple[int, int]:
+    """Rows and columns for `count` panels."""
+    columns = count if count <= 3 else 2 if count == 4 else 3
+    return -(-count // columns), columns

@@ -1,0 +1,232 @@
+"""Figures of trajectories: tracking errors, excitations, activations, and forces in their bounds.
+
+Every function draws into the given matplotlib axes or into a new figure and returns the axes. Here
+radians become degrees.
+
+Muscles or coordinates have a panel each and methods a color and line style each; several of them in
+one given `Axes` have a color each, and methods the line styles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..results.trajectory import Trajectory
+from .panels import EXTRA_HEIGHT, PAGE_WIDTH, ROW_HEIGHT, Panels, grid_size, without_spare
+from .styles import ALONE, COLORS, styles
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# The paper's figure 6 shows the excitations of these.
+COMPARED = ("cmc", "csf")
+
+
+def tracking_errors(
+    *trajectories: Trajectory, axes: Axes | Sequence[Axes] | np.ndarray | None = None
+) -> np.ndarray:
+    """Tracking errors q_d - q over time, one panel a coordinate [deg].
+
+    Trajectories of the static method are left out: they are the desired motion itself.
+
+    Parameters
+    ----------
+    *trajectories : Trajectory
+        Of the same coordinates.
+    axes : Axes or sequence of n Axes, optional
+        Where to draw; a new figure if left out.
+
+    Returns
+    -------
+    (n,) ndarray of Axes
+        The panel of each coordinate.
+
+    Raises
+    ------
+    ParameterError
+        No trajectory tracks a motion, or one has no desired coordinates, as those of forward
+        dynamics; or the trajectories or axes do not fit each other.
+    """
+    tracked = [one for one in trajectories if one.method != "static"]
+    if not tracked:
+        raise ParameterError("tracking errors need a trajectory of CMC, CSF or CSS; got none")
+    names = _same("coordinate_names", tracked)
+    for one in tracked:
+        _need_rows(one, one.time, "time points")
+        if not np.isfinite(one.desired_coordinates).all():
+            raise ParameterError(
+                f"a trajectory of method '{one.method}' has no desired coordinates: there is no "
+                "tracking error to draw"
+            )
+    units = _same("coordinate_units", tracked)
+    angles = np.array([unit == "rad" for unit in units])
+    label = f"tracking error [{'deg' if angles.all() else 'm'}]"
+    if len(set(units)) > 1:  # every panel says its own unit
+        label = "tracking error"
+        names = tuple(
+            f"{name} [{'deg' if angle else 'm'}]" for name, angle in zip(names, angles, strict=True)
+        )
+    panels = Panels(names, axes, columns=1)
+    for one, style in zip(tracked, styles(tracked), strict=True):
+        errors = one.tracking_errors() * np.where(angles, np.degrees(1.0), 1.0)
+        for j in range(len(names)):
+            panels.line(j, one.time, errors[:, j], style)
+    return panels.finish(label)
+
+
+def excitations(
+    *trajectories: Trajectory, axes: Axes | Sequence[Axes] | np.ndarray | None = None
+) -> np.ndarray:
+    """Excitations, constant over each window, one panel a muscle.
+
+    Parameters
+    ----------
+    *trajectories : Trajectory
+        Of the same muscles.
+    axes : Axes or sequence of m Axes, optional
+        Where to draw; a new figure if left out.
+
+    Returns
+    -------
+    (m,) ndarray of Axes
+        The panel of each muscle.
+
+    Raises
+    ------
+    ParameterError
+        A trajectory has no windows, or the trajectories or axes do not fit each other.
+    """
+    names = _same("muscle_names", trajectories)
+    for one in trajectories:
+        _need_rows(one, one.excitation_values, "windows")
+    panels = Panels(names, axes)
+    for one, style in zip(trajectories, styles(trajectories), strict=True):
+        u = np.vstack([one.excitation_values, one.excitation_values[-1:]])
+        for i in range(len(names)):
+            panels.line(i, one.window_time, u[:, i], style, drawstyle="steps-post")
+    return panels.finish("excitation [-]", bottom=0.0)
+
+
+def activations(
+    *trajectories: Trajectory, axes: Axes | Sequence[Axes] | np.ndarray | None = None
+) -> np.ndarray:
+    """Activations over time, one panel a muscle.
+
+    Parameters, returned axes and errors are those of `excitations`.
+    """
+    names = _same("muscle_names", trajectories)
+    for one in trajectories:
+        _need_rows(one, one.time, "time points")
+    panels = Panels(names, axes)
+    for one, style in zip(trajectories, styles(trajectories), strict=True):
+        for i in range(len(names)):
+            panels.line(i, one.time, one.activations[:, i], style)
+    return panels.finish("activation [-]", bottom=0.0)
+
+
+def forces(
+    trajectory: Trajectory, axes: Axes | Sequence[Axes] | np.ndarray | None = None
+) -> np.ndarray:
+    """Recruited tendon forces (10) between their bounds (8), (9) at the windows' ends [N].
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    axes : Axes or sequence of m Axes, optional
+        Where to draw; a new figure if left out.
+
+    Returns
+    -------
+    (m,) ndarray of Axes
+        The panel of each muscle.
+
+    Raises
+    ------
+    ParameterError
+        The trajectory has no windows or no bounds, as those of forward dynamics, or the axes do not
+        fit.
+    """
+    _need_rows(trajectory, trajectory.excitation_values, "windows")
+    low, recruited, high = trajectory.force_min, trajectory.force_optimal, trajectory.force_max
+    if not (np.isfinite(low).all() and np.isfinite(recruited).all() and np.isfinite(high).all()):
+        raise ParameterError(
+            f"a trajectory of method '{trajectory.method}' has no recruited forces and no bounds"
+        )
+    panels = Panels(trajectory.muscle_names, axes)
+    time = trajectory.window_time[1:]
+    for i, panel in enumerate(panels.axes):
+        color = COLORS[i % len(COLORS)] if panels.shared else COLORS[0]
+        name = f"{trajectory.muscle_names[i]}: " if panels.shared else ""
+        band = panel.fill_between(
+            time, low[:, i], high[:, i], color=color, alpha=0.25, linewidth=0.0
+        )
+        (line,) = panel.plot(time, recruited[:, i], color=color, linewidth=ALONE)
+        panels.entry(f"{name}reachable, $F_\\mathrm{{min}}$ to $F_\\mathrm{{max}}$", band)
+        panels.entry(f"{name}recruited, $F_\\mathrm{{opt}}$", line)
+    shown = panels.finish("tendon force [N]", bottom=0.0)
+    for panel in shown:
+        panel.set_xlim(left=trajectory.window_time[0])
+    return shown
+
+
+def comparison(*trajectories: Trajectory) -> Figure:
+    """Figure 6 of the paper: tracking errors of the methods, below them excitations of CMC and CSF.
+
+    Parameters
+    ----------
+    *trajectories : Trajectory
+        Of the same coordinates and muscles, at least one of a method that tracks. Without one of
+        CMC or CSF the excitations of all of them are drawn.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ParameterError
+        As `tracking_errors` and `excitations`.
+    """
+    import matplotlib.pyplot as plt
+
+    coordinates = _same("coordinate_names", trajectories)
+    muscles = _same("muscle_names", trajectories)
+    compared = [one for one in trajectories if one.method in COMPARED] or list(trajectories)
+    rows, columns = grid_size(len(muscles))
+    heights = [EXTRA_HEIGHT + ROW_HEIGHT * count for count in (len(coordinates), rows)]
+    figure = plt.figure(figsize=(PAGE_WIDTH, sum(heights)), layout="constrained")
+    try:
+        halves: Any = figure.subfigures(2, 1, height_ratios=heights)
+        top, bottom = halves
+        upper = top.subplots(len(coordinates), 1, sharex=True, squeeze=False)
+        lower = bottom.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        tracking_errors(*trajectories, axes=upper[:, 0])
+        excitations(*compared, axes=without_spare(lower, len(muscles)))
+    except ParameterError:
+        plt.close(figure)
+        raise
+    return figure
+
+
+def _same(field: str, trajectories: Sequence[Trajectory]) -> tuple[str, ...]:
+    """The names that all trajectories share, or ParameterError."""
+    if not trajectories:
+        raise ParameterError("there is no trajectory to draw")
+    names = getattr(trajectories[0], field)
+    for one in trajectories[1:]:
+        if getattr(one, field) != names:
+            raise ParameterError(
+                f"the trajectories differ in their {field}: {names} and {getattr(one, field)}"
+            )
+    return names
+
+
+def _need_rows(trajectory: Trajectory, rows: np.ndarray, what: str) -> None:
+    """ParameterError if nothing was recorded."""
+    if len(rows) == 0:
+        raise ParameterError(f"a trajectory of method '{trajectory.method}' has no {what}")

@@ -1,0 +1,67 @@
+"""The camera: fitted to a whole motion, so that all pictures of it are alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import exudyn as exu
+import numpy as np
+
+from ..results.trajectory import Trajectory
+from .scene import MASS_RADIUS, Scene
+
+LEGEND_WIDTH = 0.16  # part of the image that the model leaves free
+MARGIN = 0.06  # part of the image around the model
+POSES = 60  # of a trajectory that the camera is fitted to
+FRONT = np.eye(3)
+WINDOW_OPEN = "Exudyn's render window is open: close it with SC.renderer.Stop() first"
+
+
+@contextmanager
+def aimed(
+    container: exu.SystemContainer,
+    scene: Scene,
+    trajectory: Trajectory,
+    size: tuple[int, int],
+    directions: np.ndarray,
+) -> Iterator[None]:
+    """Fit the camera to a whole motion; the user's settings and view are back afterwards."""
+    settings, renderer = container.visualizationSettings, container.renderer
+    settings_before, view_before = settings.GetDictionary(), renderer.GetState()
+    try:
+        _fit_camera(settings, scene, trajectory, size, directions)
+        renderer.ResetState()
+        yield
+    finally:
+        settings.SetDictionary(settings_before)
+        renderer.SetState(view_before)
+
+
+def _fit_camera(
+    settings: exu.VisualizationSettings,
+    scene: Scene,
+    trajectory: Trajectory,
+    size: tuple[int, int],
+    directions: np.ndarray,
+) -> None:
+    """Aim at the middle of all points of a trajectory's poses, as near as they all fit in."""
+    rows = np.unique(np.linspace(0, len(trajectory.time) - 1, POSES).astype(int))
+    (q,) = scene.model.state_of_tree(trajectory.coordinates[rows])
+    points = np.vstack([scene.points(row) for row in q])
+    seen = points @ directions.T
+    thickness = MASS_RADIUS * scene.size
+    low, high = seen.min(axis=0) - thickness, seen.max(axis=0) + thickness
+    width, height = size
+    shape = width / height * (1.0 - LEGEND_WIDTH)
+    # Exudyn's zoom is half of the visible height.
+    zoom = 0.5 * max(high[1] - low[1], (high[0] - low[0]) / shape) / (1.0 - 2.0 * MARGIN)
+    center = 0.5 * (low + high)
+    center[0] += zoom * width / height * LEGEND_WIDTH
+    settings.general.autoFitScene = False
+    camera = settings.openGL.advanced
+    camera.initialZoom = zoom
+    camera.initialCenterPoint = center.tolist()
+    camera.initialModelRotation = directions.T.tolist()
+    camera.initialMaxSceneSize = 4.0 * max(zoom, float(np.abs(points).max()))
+    settings.view0.window.renderWindowSize = list(size)
