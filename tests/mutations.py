@@ -69,7 +69,7 @@ AREAS: dict[str, list[tuple[str, str]]] = {
     "coupling": [
         (
             "simulation methods results",
-            "test_coupling.py methods test_result.py test_dependent.py test_other_bodies.py",
+            "test_coupling.py methods results test_dependent.py test_other_bodies.py",
         )
     ],
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from time import process_time
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,14 +16,25 @@ from ..muscle.dynamics import fiber_lengths, tendon_forces
 from ..path.geometry import Geometry
 from .counts import Counts, Status
 from .provenance import plain, versions
+from .quantities import QUANTITIES
 from .trajectory import Trajectory
 
 # Muscles with less than this share of a coordinate's longest moment arm do not matter to it.
 SMALL_ARM = 1e-3
 
 
+# The fields of a trajectory that a row's point and its window have, in their order.
+POINT = (
+    "coordinates", "speeds", "accelerations", "activations", "tendon_lengths", "torques_delivered",
+)  # fmt: skip
+WINDOW = (
+    "excitation_values", "torques_demanded", "torques_unmet", "force_min", "force_optimal",
+    "force_max",
+)  # fmt: skip
+
+
 class Window(NamedTuple):
-    """What is recorded of a window: u, demanded and unmet torque, F_min, F_opt, F_max."""
+    """What is recorded of a window, as WINDOW."""
 
     excitation: np.ndarray
     demanded: np.ndarray
@@ -37,7 +48,7 @@ class Row(NamedTuple):
     """What is recorded of an accepted time: the point there, and the window that leads to it."""
 
     time: float
-    point: tuple[np.ndarray, ...]  # q, q', q'', a, l_t and the delivered torque
+    point: tuple[np.ndarray, ...]  # as POINT
     reserve: np.ndarray
     window: Window | None  # None: the one before goes on
 
@@ -99,52 +110,45 @@ class Recorder:
         """Everything so far."""
         ended = process_time() if self._ended is None else self._ended
         model = self._model
-        n, m = len(model.coordinates), len(model.muscles)
-        points = _stacked([row.point for row in self._rows], (n, n, n, m, m, n))
-        q, v, a, activation, tendon, delivered = points
-        geometry = [model.geometry(*row) for row in zip(q, v, strict=True)]
-        force, fiber = _forces_and_fibers(model, geometry, activation, tendon)
-        time = np.array([row.time for row in self._rows])
-        window_time, reserves, windows = self._windows()
-        u, demanded, unmet, low, optimal, high = _stacked(windows, (m, n, n, m, m, m))
+        names: dict[str, Any] = {
+            "coordinate_names": model.coordinates,
+            "coordinate_units": model.skeleton.units,
+            "muscle_names": model.muscles.names,
+            "reserve_names": actuator_names(model.reserves),
+        }
+        window_time, reserves, rows = self._windows()
+        points = _stacked(POINT, [row.point for row in self._rows], names)
+        windows = _stacked(WINDOW, rows, names)
+        time, q = np.array([row.time for row in self._rows]), points["coordinates"]
+        geometry = [model.geometry(*row) for row in zip(q, points["speeds"], strict=True)]
+        force, fiber = _forces_and_fibers(
+            model, geometry, points["activations"], points["tendon_lengths"]
+        )
+        desired = np.full_like(q, np.nan) if self._motion is None else self._motion(time)[0]
         return Trajectory(
-            method=self._method,
-            coordinate_names=model.coordinates,
-            coordinate_units=model.skeleton.units,
-            muscle_names=model.muscles.names,
-            reserve_names=actuator_names(model.reserves),
+            **names,
+            **points,
+            **windows,
             time=time,
-            coordinates=q,
-            speeds=v,
-            accelerations=a,
-            activations=activation,
+            window_time=window_time,
             tendon_forces=force,
             musculotendon_lengths=np.array([row.length for row in geometry]),
-            tendon_lengths=tendon,
             fiber_lengths=fiber,
-            torques_delivered=delivered,
-            desired_coordinates=(
-                np.full_like(q, np.nan) if self._motion is None else self._motion(time)[0]
-            ),
-            window_time=window_time,
-            excitation_values=u,
-            torques_demanded=demanded,
-            torques_unmet=unmet,
-            force_min=low,
-            force_optimal=optimal,
-            force_max=high,
+            desired_coordinates=desired,
             reserves=reserves,
             start_unmet=self.start[2],
             saturated=_saturated(
-                model.muscles.names, time, window_time[1:], geometry, unmet, optimal, high
+                model.muscles.names, time, window_time[1:], geometry, windows["torques_unmet"],
+                windows["force_optimal"], windows["force_max"],
             ),
+            method=self._method,
             status=self.status,
             message=self.message,
             counts=dataclasses.replace(self._counts),
             cpu_time=ended - self.begun,
             settings=plain(self._settings),
             versions=dict(versions()),
-        )
+        )  # fmt: skip
 
     def _windows(self) -> tuple[np.ndarray, np.ndarray, list[Window]]:
         """Ends of the windows (K + 1,), reserves there, and the windows; each goes on until the
@@ -191,8 +195,11 @@ def _saturated(
     return tuple(found)
 
 
-def _stacked(rows: Sequence[tuple[np.ndarray, ...]], widths: tuple[int, ...]) -> list[np.ndarray]:
-    """Columns of a list of rows, each (len(rows), width)."""
-    if not rows:
-        return [np.empty((0, width)) for width in widths]
-    return [np.array(column) for column in zip(*rows, strict=True)]
+def _stacked(
+    fields: Sequence[str], rows: Sequence[tuple[np.ndarray, ...]], names: dict[str, Any]
+) -> dict[str, Any]:
+    """The fields whose rows these are."""
+    if rows:
+        return dict(zip(fields, map(np.array, zip(*rows, strict=True)), strict=True))
+    declared = [one for one in QUANTITIES if one.field in fields]
+    return {one.field: np.empty((0, len(one.columns(names)))) for one in declared}

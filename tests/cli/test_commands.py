@@ -14,7 +14,7 @@ from exudyn_muscles import cli
 from exudyn_muscles.cli import names, report, sources
 from exudyn_muscles.results.quantities import QUANTITIES
 
-PENDULUM = Path(__file__).parents[1] / "models" / "pendulum.py"
+PENDULUM = Path(__file__).parents[2] / "models" / "pendulum.py"
 
 # A pendulum whose run ends at 0.3 s by what a user function of its mbs does.
 STOPPED = """

@@ -15,8 +15,8 @@ import exudyn_muscles as em
 from exudyn_muscles import cli
 from exudyn_muscles.cli import interrupts
 
-from .reference.make import FOLDER
-from .test_cli import PENDULUM, error_line, stopped
+from ..reference.make import FOLDER
+from .test_commands import PENDULUM, error_line, stopped
 
 __all__ = ["stopped"]  # a fixture
 TERMINATE = "__import__('os').kill(__import__('os').getpid(), 15)"
