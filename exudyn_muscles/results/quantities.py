@@ -57,6 +57,8 @@ class Quantity:
     description : str
     since : int
         Version of the file format that has it first.
+    other_name : str
+        For users of `compare`, `to_dataframe` and the command line, if it is not that of the field.
     """
 
     field: str
@@ -67,11 +69,12 @@ class Quantity:
     scale: Scale
     description: str
     since: int = 1
+    other_name: str = ""
 
     @property
     def name(self) -> str:
-        """The name for users of `compare`, `to_dataframe` and the command line."""
-        return NAMES.get(self.field, self.field)
+        """The name for users."""
+        return self.other_name or self.field
 
     @property
     def symbols(self) -> str:
@@ -91,7 +94,6 @@ class Quantity:
         return rows if self.owner is None else (*rows, len(self.columns(fields)))
 
 
-NAMES = {"excitation_values": "excitations"}
 NAMES_OF = {
     Owner.COORDINATES: "coordinate_names",
     Owner.MUSCLES: "muscle_names",
@@ -126,7 +128,8 @@ QUANTITIES = (
         "q_d; NaN where nothing was desired",
     ),
     Quantity(
-        "excitation_values", _WINDOWS, _MUSCLES, "", 2e-4, _NONE, "u, held over each window"
+        "excitation_values", _WINDOWS, _MUSCLES, "", 2e-4, _NONE, "u, held over each window",
+        other_name="excitations",
     ),
     Quantity(
         "torques_demanded", _WINDOWS, _COORDINATES, "N m or N", 5e-5, _TORQUE,
@@ -160,19 +163,3 @@ def listing() -> str:
         + (f" [{one.unit}]" if one.unit else "")
         for one in QUANTITIES
     )
-
-
-def markdown() -> str:
-    """The quantities as the table in `docs/results.md`."""
-    head = ("field", "shape", "unit", "what it is", "tolerance of `compare`")
-    rows = [
-        (
-            f"`{one.field}`" + (f", as `{one.name}`" if one.name != one.field else ""),
-            one.symbols,
-            one.unit or "-",
-            one.description,
-            f"{one.tolerance:g}" + (f" of the {one.scale.value}" if one.scale.value else ""),
-        )
-        for one in QUANTITIES
-    ]
-    return "\n".join("| " + " | ".join(row) + " |" for row in (head, ("---",) * len(head), *rows))

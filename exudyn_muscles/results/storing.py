@@ -65,7 +65,7 @@ def read_fields(file: str | Path) -> dict[str, Any]:
         if array.dtype.kind != "f":
             raise ResultFileError(f"{file}: {name} has to be numbers, it is {array.dtype}")
     for name, value in header.items():
-        if name in content or not KINDS.get(name, _nothing)(value):
+        if name in content or name not in KINDS or not KINDS[name](value):
             raise ResultFileError(f"{file}: damaged header, {name} = {cut(repr(value))}")
     fields = {**{name: array.astype(float) for name, array in content.items()}, **header}
     _complete(fields, found[1], file)
@@ -112,10 +112,6 @@ def _check_sizes(fields: Mapping[str, Any], file: str | Path) -> None:
         clock = fields[name]
         if clock.size == 0 or not np.isfinite(clock).all() or (np.diff(clock) <= 0.0).any():
             raise ResultFileError(f"{file}: {name} does not increase, or is empty")
-
-
-def _nothing(value: Any) -> bool:
-    return False
 
 
 def _is_text(value: Any) -> bool:

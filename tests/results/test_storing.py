@@ -9,10 +9,11 @@ import pytest
 
 import exudyn_muscles as em
 from exudyn_muscles.results import storing
-from exudyn_muscles.results.quantities import QUANTITIES, markdown
+from exudyn_muscles.results.quantities import QUANTITIES
 from models import pendulum
 
 from ..reference.make import FOLDER
+from .make_table import FILE, markdown
 
 
 @pytest.mark.parametrize("which", ["csf", "cmc"])
@@ -166,5 +167,5 @@ def test_every_array_is_in_the_table_and_every_field_in_files():
 
 
 def test_the_documented_table_is_the_one_in_use():
-    """Made by `from exudyn_muscles.results.quantities import markdown; print(markdown())`."""
-    assert markdown() in (FOLDER.parents[1] / "docs" / "results.md").read_text()
+    """Made anew by `python -m tests.results.make_table`."""
+    assert markdown() in FILE.read_text()
