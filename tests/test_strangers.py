@@ -26,8 +26,8 @@ from exudyn_muscles.opensim.muscles import read_muscle
 from exudyn_muscles.results.storing import LARGEST
 
 from . import opensim_files
+from .cli.test_commands import PENDULUM, error_line
 from .reference.make import FOLDER
-from .test_cli import PENDULUM, error_line
 
 RESULT = FOLDER / "pendulum_csf.npz"
 READERS = {

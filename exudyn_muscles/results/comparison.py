@@ -67,6 +67,8 @@ def _difference(
     x, y = mine[quantity.field], reference[quantity.field]
     if x.shape != y.shape:
         return Difference(quantity.name, None, None, None)
+    if quantity.since > 1 and np.isnan(y).all():  # the reference's file did not have it yet
+        return None
     gap = np.abs(x - y)
     gap[np.isnan(x) & np.isnan(y)] = 0.0
     rows = gap[None] if quantity.when is When.START else gap

@@ -71,6 +71,13 @@ def test_torques_that_cancel_may_differ_by_rounding(csf):
     assert changed(held, "torques_delivered", 5, 0, 1e-2).compare(held) is not None
 
 
+def test_what_an_older_reference_did_not_store_is_not_compared():
+    now = em.Trajectory.load(FOLDER / "results" / "version_2.npz")
+    older = dataclasses.replace(now, tendon_lengths=np.full_like(now.tendon_lengths, np.nan))
+    assert now.compare(older) is None
+    assert older.compare(now).quantity == "tendon_lengths"
+
+
 def test_compare_notices_another_start(csf):
     difference = dataclasses.replace(csf, start_unmet=np.array([1.0])).compare(csf)
     assert difference[:3] == ("start_unmet", 0.0, 1.0)
