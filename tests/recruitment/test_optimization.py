@@ -7,7 +7,8 @@ from scipy.optimize import brentq, minimize
 
 import exudyn_muscles as em
 from exudyn_muscles.recruitment import optimization
-from exudyn_muscles.recruitment.optimization import ACCEPTED, ScaledProblem, kkt_residual
+from exudyn_muscles.recruitment.certificate import ACCEPTED, kkt_residual
+from exudyn_muscles.recruitment.problem import ScaledProblem
 
 from .cases import Case, check_optimal, random_case, with_reserves
 
