@@ -11,10 +11,10 @@ _MOVED: dict[str, tuple[Any, str]] = {
     "Storage": (_files, "exudyn_muscles"),
     "read_storage": (_files, "exudyn_muscles"),
     "write_results": (_results, "exudyn_muscles.opensim"),
-} | {
-    name: (_results, "exudyn_muscles.opensim.result_files")
-    for name in ("states", "kinematics", "controls", "forces", "tracking_errors")
-}
+} | dict.fromkeys(
+    ("states", "kinematics", "controls", "forces", "tracking_errors"),
+    (_results, "exudyn_muscles.opensim.result_files"),
+)
 
 
 def __getattr__(name: str) -> Any:
