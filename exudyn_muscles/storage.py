@@ -3,20 +3,25 @@
 import warnings
 from typing import Any
 
-from .files.storage import Storage, read_storage
-from .opensim import result_files
+from .files import storage as _files
+from .opensim import result_files as _results
 
-OLD = {"Storage": Storage, "read_storage": read_storage}
-NEW = {"Storage": "exudyn_muscles", "read_storage": "exudyn_muscles"}
-for name in ("states", "kinematics", "controls", "forces", "tracking_errors"):
-    OLD[name], NEW[name] = getattr(result_files, name), "exudyn_muscles.opensim.result_files"
-OLD["write_results"], NEW["write_results"] = result_files.write_results, "exudyn_muscles.opensim"
+# Old name -> where it is now.
+_MOVED: dict[str, tuple[Any, str]] = {
+    "Storage": (_files, "exudyn_muscles"),
+    "read_storage": (_files, "exudyn_muscles"),
+    "write_results": (_results, "exudyn_muscles.opensim"),
+} | dict.fromkeys(
+    ("states", "kinematics", "controls", "forces", "tracking_errors"),
+    (_results, "exudyn_muscles.opensim.result_files"),
+)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in NEW:
+    if name not in _MOVED:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module, place = _MOVED[name]
     warnings.warn(
-        f"exudyn_muscles.storage.{name} is now {NEW[name]}.{name}", DeprecationWarning, stacklevel=2
+        f"exudyn_muscles.storage.{name} is now {place}.{name}", DeprecationWarning, stacklevel=2
     )
-    return OLD[name]
+    return getattr(module, name)

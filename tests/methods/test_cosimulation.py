@@ -296,11 +296,31 @@ def test_a_reserve_takes_over_where_the_muscles_end():
         ({"solver": "daqp"}, "solver = 'daqp'"),
         ({"window_tolerance": 0.0}, "tolerance = 0.0 is outside"),
         ({"predictor": 1}, "predictor = 1"),
+        ({"predictor": EXTRAPOLATED}, "predictor = .* does nothing with scheme = Scheme.FULL"),
+        (
+            {"scheme": SIMPLIFIED, "first_iterate": em.FirstIterate.RECRUIT},
+            "first_iterate = .* does nothing with scheme = Scheme.SIMPLIFIED",
+        ),
     ],
 )
 def test_bad_settings_are_named(options, message):
     with pytest.raises(em.ParameterError, match=message):
         em.CosimulationSettings(**options)
+
+
+@pytest.mark.parametrize("make", [em.CosimulationPlugin, em.CMCPlugin])
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"weights": {"toe": 2.0}}, "weights of 'toe': the muscles are "),
+        ({"control_limits": {"toe": em.ControlLimits(0.0, 0.5)}}, "control limits of 'toe'"),
+        ({"kp": [1.0, 2.0]}, "kp has 2 values for the 1 coordinates theta"),
+    ],
+)
+def test_settings_meet_the_model_before_anything_runs(model, motion, make, options, message):
+    kinds = {em.CosimulationPlugin: em.CosimulationSettings, em.CMCPlugin: em.CMCSettings}
+    with pytest.raises(em.ParameterError, match=message):
+        make(model, motion, kinds[make](**options))
 
 
 def test_a_step_longer_than_the_motion(model):

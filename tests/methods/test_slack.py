@@ -64,7 +64,7 @@ def test_forces_and_torques_agree(results, method):
 
 def test_files_and_the_plugin_say_so(results):
     model, motion = results[0], pendulum.motion()
-    stored = em.storage.forces(results[1]["csf"])
+    stored = em.opensim.result_files.forces(results[1]["csf"])
     assert stored.values[:, :2].min() == 0.0
     start_at(model, motion)
     lowest = []

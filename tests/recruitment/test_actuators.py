@@ -205,3 +205,7 @@ def test_directions_of_any_length():
             "X", **{**POINT_ACTUATOR, "direction": [0.0, 3 * length, 4 * length]}
         )
         np.testing.assert_allclose(given.direction, [0.0, 0.6, 0.8])
+        given = em.PointActuator(
+            "X", **{**POINT_ACTUATOR, "direction": [0.0, -3 * length, -4 * length]}
+        )
+        np.testing.assert_allclose(given.direction, [0.0, -0.6, -0.8])

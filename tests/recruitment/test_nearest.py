@@ -79,6 +79,15 @@ def test_forces_and_normalising_forces_spread_over_twelve_decades(seed):
     assert complaints(draw(np.random.default_rng(1000 + seed), decades=12.0)) == []
 
 
+@pytest.mark.parametrize("strength", [1e-3, 1.0, 1e6])
+def test_what_counts_as_unmet_goes_with_what_a_row_can_do(strength):
+    """A ten-millionth of it: beyond both muscles' 50 times the strength, by parts of that."""
+    for beyond, met in ((3e-8, True), (3e-7, False)):
+        demand = 50.0 * strength * (1.0 + beyond)
+        case = Case([[0.05], [-0.05]], [demand], 0.0, [1000.0 * strength] * 2)
+        assert (case.solve().unmet[0] == 0.0) == met
+
+
 def test_out_of_reach_is_the_cheapest_of_the_nearest():
     """Coordinate 1 is out of reach, coordinate 2 is not: there the muscles share by (10)."""
     r = [[0.05, 0.0], [0.0, 0.04], [0.0, 0.04], [0.0, -0.04]]

@@ -1,0 +1,45 @@
+"""A criterion of one's own: its problem is solved and certified as the paper's is."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+import exudyn_muscles as em
+from exudyn_muscles.recruitment.optimization import Recruiter
+from exudyn_muscles.recruitment.problem import ScaledProblem
+from models import planar_arm
+
+
+@dataclass(frozen=True)
+class SpareTheFirst:
+    """As the paper's, with one muscle a hundred times as dear."""
+
+    def problem(self, r, Q_m, F_min, F_max, N):
+        dearer = np.ones(N.size)
+        dearer[0] = 0.1
+        return ScaledProblem(r, Q_m, F_min, F_max, N * dearer)
+
+
+def test_recruitment():
+    r, high = np.array([[0.05], [0.05]]), np.array([1000.0, 1000.0])
+    solve = Recruiter(criterion=SpareTheFirst()).solve
+    found = solve(r, np.array([10.0]), np.zeros(2), high, high)
+    np.testing.assert_allclose(found.force, [200.0 / 101.0, 20000.0 / 101.0], rtol=1e-12)
+    out = solve(r, np.array([110.0]), np.zeros(2), high, high)
+    np.testing.assert_allclose(out.unmet, [10.0])
+
+
+def test_in_a_run():
+    model, motion = planar_arm.build(), planar_arm.motion().between(0.0, 0.2)
+    plain, spared = (
+        em.static_optimization(model, motion, settings=em.StaticSettings(criterion=criterion))
+        for criterion in (em.SquaredForces(), SpareTheFirst())
+    )
+    assert spared.force_optimal[:, 0].sum() < plain.force_optimal[:, 0].sum()
+    np.testing.assert_allclose(spared.torques_delivered, plain.torques_delivered, atol=1e-9)
+
+
+def test_something_else_is_an_error():
+    with pytest.raises(em.ParameterError, match="criterion = 3 has no function problem"):
+        em.StaticSettings(criterion=3)
