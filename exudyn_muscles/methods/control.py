@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import number_within
-from ..doubts import warn_of_angles
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
-from ..motion import Motion, check_motion
+from ..motion import Motion, check_motion, warn_of_angles
 from ..muscle.window import DEFAULT_TOLERANCE, Integrator, check_integration
 from ..recruitment.limits import ControlLimits
 from ..recruitment.normalizers import Normalizer, ReachableMaximum

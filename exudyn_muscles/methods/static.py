@@ -12,10 +12,9 @@ from functools import partial
 
 import numpy as np
 
-from ..doubts import warn_of_angles
 from ..errors import FrozenBodiesWarning, warn
 from ..model import MusculoskeletalModel
-from ..motion import Motion, check_motion
+from ..motion import Motion, check_motion, warn_of_angles
 from ..results.trajectory import Counts, Recorder, Row, Status, Trajectory
 from ..simulation.plugin import warn_of_unmet_torque
 from ..simulation.run import number_of_steps
