@@ -44,8 +44,6 @@ SET_LATER = {
     "methods.recruiting MuscleOptimization": 9,
     "methods.static": 2,
     "methods.unified UnifiedPlugin": 8,
-    "opensim.bodies Inertia": 3,
-    "opensim.document": 2,
     "recruitment.bounds ReachableForces": 5,
     "results.trajectory Recorder": 2,
     "simulation.plugin Plugin": 17,
