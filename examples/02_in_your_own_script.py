@@ -116,7 +116,7 @@ settings.timeIntegration.verboseMode = 0
 settings.solution.file.write = False
 settings.solution.sensors.writePeriod = 0.01
 
-plugin = em.CosimulationPlugin(model, motion, em.Cosimulation(kp=400.0))
+plugin = em.CosimulationPlugin(model, motion, em.CosimulationSettings(kp=400.0))
 with plugin.attached():
     mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2)
 result = plugin.result()

@@ -25,10 +25,10 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore", em.UnmetTorqueWarning)  # reported below
     results = [
         em.static_optimization(model, violent),
-        em.computed_muscle_control(model, violent, settings=em.CMC(**gain)),
-        em.cosimulate(model, violent, settings=em.Cosimulation(**gain)),
+        em.computed_muscle_control(model, violent, settings=em.CMCSettings(**gain)),
+        em.cosimulate(model, violent, settings=em.CosimulationSettings(**gain)),
         em.cosimulate(
-            model, violent, settings=em.Cosimulation(scheme=em.Scheme.SIMPLIFIED, **gain)
+            model, violent, settings=em.CosimulationSettings(scheme=em.Scheme.SIMPLIFIED, **gain)
         ),
     ]
 

@@ -21,8 +21,8 @@ out.mkdir(exist_ok=True)
 
 model, motion = pendulum.build(), pendulum.motion()
 static = em.static_optimization(model, motion)
-cmc = em.computed_muscle_control(model, motion, settings=em.CMC(kp=534.0))
-csf = em.cosimulate(model, motion, settings=em.Cosimulation(kp=534.0))
+cmc = em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=534.0))
+csf = em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=534.0))
 
 # Figures: each function returns its axes, so that you can go on drawing in them.
 plot.comparison(static, cmc, csf).savefig(out / "comparison.png", dpi=200)

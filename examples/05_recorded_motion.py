@@ -27,12 +27,12 @@ motion = em.Motion.from_samples(frames, recorded, cutoff=6.0)
 for name, m in (("raw", raw), ("filtered at 6 Hz", motion)):
     print(f"largest acceleration, {name}: {np.abs(m(frames)[2]).max():.0f} rad/s^2")
 
-cmc = em.computed_muscle_control(model, motion, settings=em.CMC(kp=400.0))
+cmc = em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=400.0))
 replay = em.forward_dynamics(model, cmc.excitations)
 print("CMC tracking error (RMS):", np.degrees(cmc.tracking_error_rms()).round(4), "deg")
 print("replay differs by", np.abs(replay.coordinates - cmc.coordinates).max(), "rad")
 
 cmc.save(out / "recorded_motion.npz")
-again = em.computed_muscle_control(model, motion, settings=em.CMC(kp=400.0))
+again = em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=400.0))
 stored = em.Trajectory.load(out / "recorded_motion.npz")
 print("difference from the stored result:", again.compare(stored))

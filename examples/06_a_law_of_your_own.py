@@ -47,7 +47,7 @@ amphibian = em.MusculoskeletalModel(
     human.mbs, human.skeleton.object, muscles, coordinates=human.coordinates
 )
 for model, name in ((human, "De Groote"), (amphibian, "frog")):
-    result = em.cosimulate(model, motion, settings=em.Cosimulation(kp=534.0))
+    result = em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=534.0))
     error = np.degrees(result.tracking_error_rms()[0])
     largest = result.excitation_values.max()
     print(f"{name:9}: largest excitation {largest:.3f}, tracking error {error:.4f} deg (RMS)")

@@ -19,7 +19,7 @@ weak = [
 ]
 # Excitations may not rise above 0.8 at once, but over the first half second.
 rising = em.ControlLimits(minimum=0.0, maximum=([0.0, 0.5], [0.5, 0.8]))
-settings = em.Cosimulation(
+settings = em.CosimulationSettings(
     kp=400.0, control_limits={"iliopsoas": rising}, normalizer=em.MaximumIsometricForce()
 )
 

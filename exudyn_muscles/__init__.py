@@ -1,6 +1,8 @@
 """Muscle-driven forward dynamics and the muscle recruitment problem, as a plugin for Exudyn."""
 
+import warnings
 from importlib.metadata import version
+from typing import Any
 
 from . import opensim, plot, storage, view
 from .errors import (
@@ -29,18 +31,11 @@ from .errors import (
 )
 from .files.storage import Storage, read_storage
 from .forces.actuators import PointActuator, Reserve, TorqueActuator
-from .methods.cmc import CMC, CMCPlugin, Prediction, computed_muscle_control
-from .methods.control import RecruitmentSettings
-from .methods.cosimulation import (
-    Cosimulation,
-    CosimulationPlugin,
-    FirstIterate,
-    Predictor,
-    Scheme,
-    cosimulate,
-)
-from .methods.forward import Forward, ForwardPlugin, forward_dynamics
-from .methods.static import Static, static_optimization
+from .methods.cmc import CMCPlugin, CMCSettings, Prediction, computed_muscle_control
+from .methods.cosimulation import CosimulationPlugin, cosimulate
+from .methods.cosimulation_settings import CosimulationSettings, FirstIterate, Predictor, Scheme
+from .methods.forward import ForwardPlugin, ForwardSettings, forward_dynamics
+from .methods.static import StaticSettings, static_optimization
 from .model import MusculoskeletalModel
 from .motion import LowPass, Motion
 from .muscle.activation import ActivationDynamics
@@ -61,6 +56,7 @@ from .path.followers import Follower, linear_function
 from .path.functions import FunctionPath
 from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
 from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere
+from .recruitment.criterion import Criterion, SquaredForces
 from .recruitment.limits import ControlLimits
 from .recruitment.normalizers import (
     MaximumIsometricForce,
@@ -69,20 +65,22 @@ from .recruitment.normalizers import (
     RigidTendonForce,
 )
 from .recruitment.optimization import Solver
+from .recruitment.settings import RecruitmentSettings
 from .results.trajectory import Counts, Difference, Excitations, Status, Trajectory
 from .skeleton.external_forces import ExternalForce, add_external_force
 
 __version__ = version("exudyn_muscles")
 
 __all__ = [
-    "CMC",
     "ActivationDynamics",
     "CMCPlugin",
+    "CMCSettings",
     "ConditionalPathPoint",
     "ControlLimits",
-    "Cosimulation",
     "CosimulationPlugin",
+    "CosimulationSettings",
     "Counts",
+    "Criterion",
     "Curve",
     "CustomLaw",
     "DeGrooteFregly2016",
@@ -96,8 +94,8 @@ __all__ = [
     "ExudynMusclesWarning",
     "FirstIterate",
     "Follower",
-    "Forward",
     "ForwardPlugin",
+    "ForwardSettings",
     "FrozenBodiesWarning",
     "FunctionPath",
     "HillCurves",
@@ -136,9 +134,10 @@ __all__ = [
     "SimulationError",
     "Solver",
     "SpanWarning",
+    "SquaredForces",
     "StabilityWarning",
     "StartWarning",
-    "Static",
+    "StaticSettings",
     "Status",
     "Storage",
     "StorageError",
@@ -171,3 +170,19 @@ __all__ = [
     "tendon_length",
     "view",
 ]
+
+# Names of the version before.
+_RENAMED = {
+    "CMC": CMCSettings,
+    "Cosimulation": CosimulationSettings,
+    "Forward": ForwardSettings,
+    "Static": StaticSettings,
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _RENAMED:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    new = _RENAMED[name]
+    warnings.warn(f"exudyn_muscles.{name} is now {new.__name__}", DeprecationWarning, stacklevel=2)
+    return new

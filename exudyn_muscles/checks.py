@@ -69,3 +69,14 @@ def link_number(what: str, value: Any, lowest: int = -1) -> int:
         f"{what} is the number of a link in the kinematic tree, an integer from 0{ground}, got "
         f"{shown}"
     )
+
+
+def check_settings(settings: object, kind: type) -> None:
+    """Raise ParameterError unless the settings are an instance of `kind`."""
+    if not isinstance(settings, kind):
+        raise ParameterError(f"settings must be {kind.__name__}(...), got {settings!r}")
+
+
+def check_step(name: str, value: float) -> None:
+    """Raise ParameterError unless a time step or window is positive and at most 1 s."""
+    number_within(name, value, 1e-6, 1.0, "s")

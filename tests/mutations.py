@@ -34,11 +34,15 @@ PATIENCE = 5.0
 AREAS: dict[str, list[tuple[str, str]]] = {
     "recruitment": [
         (
-            "recruitment/optimization.py recruitment/nearest.py recruitment/cheapest.py "
+            "recruitment/optimization.py recruitment/problem.py recruitment/certificate.py "
+            "recruitment/nearest.py recruitment/cheapest.py "
             "recruitment/equations.py recruitment/householder.py",
             "recruitment/test_optimization.py recruitment/test_nearest.py",
         ),
-        ("recruitment/bounds.py recruitment/excitation.py", "recruitment/test_bounds.py"),
+        (
+            "recruitment/windows.py recruitment/steady.py recruitment/excitation.py",
+            "recruitment/test_bounds.py",
+        ),
         (
             "forces/actuators.py recruitment/limits.py recruitment/normalizers.py",
             "recruitment/test_actuators.py recruitment/test_limits.py "

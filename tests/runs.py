@@ -33,7 +33,7 @@ def plugin_run(model, plugin, simulation_settings, solver=TRAPEZOIDAL):
 
 
 def csf(model, motion, **options):
-    return em.CosimulationPlugin(model, motion, em.Cosimulation(kp=KP, **options))
+    return em.CosimulationPlugin(model, motion, em.CosimulationSettings(kp=KP, **options))
 
 
 def rms_deg(trajectory):

@@ -46,7 +46,7 @@ def test_a_users_run_equals_the_method(model, motion):
     s = settings()
     s.timeIntegration.newton.useModifiedNewton = False
     result = plugin_run(model, csf(model, motion), s)
-    method = em.cosimulate(model, motion, settings=em.Cosimulation(kp=KP))
+    method = em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=KP))
     assert result.status is em.Status.COMPLETE
     np.testing.assert_allclose(result.coordinates, method.coordinates, atol=1e-9)
 
@@ -65,7 +65,7 @@ def test_both_implicit_solvers_with_both_newton_methods(model, motion, solver, m
 
 @pytest.mark.parametrize("solver", [TRAPEZOIDAL, exu.DynamicSolverType.GeneralizedAlpha])
 def test_cmc_in_a_users_run(model, motion, solver):
-    plugin = em.CMCPlugin(model, motion, em.CMC(kp=KP))
+    plugin = em.CMCPlugin(model, motion, em.CMCSettings(kp=KP))
     result = plugin_run(model, plugin, settings(0.001), solver)
     assert rms_deg(result)[0] < 0.0186
     assert len(result.excitation_values) == 100
@@ -133,7 +133,7 @@ def test_forced_rejections_keep_csf_second_order_and_the_muscles_consistent():
 
 def test_forced_rejections_do_not_change_the_cmc_windows():
     def cmc(model, motion):
-        return em.CMCPlugin(model, motion, em.CMC(kp=KP))
+        return em.CMCPlugin(model, motion, em.CMCSettings(kp=KP))
 
     plain, rejected = (rejected_run(cmc, 0.001, reject) for reject in (False, True))
     assert rejected.counts.rejected_steps > 40
@@ -173,7 +173,7 @@ def test_consecutive_runs_continue_a_motion(model, motion):
     first = csf(model, motion)
     with first.attached():
         model.mbs.SolveDynamic(settings(end=0.5), solverType=TRAPEZOIDAL, updateInitialValues=True)
-    second = em.CosimulationPlugin(model, motion, em.Cosimulation(kp=KP), start=0.5)
+    second = em.CosimulationPlugin(model, motion, em.CosimulationSettings(kp=KP), start=0.5)
     with second.attached():
         model.mbs.SolveDynamic(settings(start=0.5, end=1.0), solverType=TRAPEZOIDAL)
     assert first.result().time[-1] == pytest.approx(0.5)
@@ -191,7 +191,7 @@ def test_the_users_mbs_is_as_before(model, motion):
         return True
 
     mbs.SetPreStepUserFunction(own)
-    em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP))
+    em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=KP))
     em.static_optimization(model, motion)
     assert mbs.GetObjectParameter(0, "jointForceVector") == pytest.approx([0.25])
     assert mbs.GetPreStepUserFunction()["function"] is own
@@ -328,7 +328,7 @@ def failing_at(t_fail, error):
 @pytest.mark.parametrize("error", [Disaster("boom"), KeyboardInterrupt()])
 def test_exceptions_inside_surface_as_themselves(model, motion, error):
     plugin = em.CosimulationPlugin(
-        model, motion, em.Cosimulation(kp=KP), progress=failing_at(0.3, error)
+        model, motion, em.CosimulationSettings(kp=KP), progress=failing_at(0.3, error)
     )
     with pytest.raises(type(error)) as caught:
         plugin_run(model, plugin, settings())
@@ -423,7 +423,7 @@ def test_ctrl_c_from_the_keyboard(model, motion):
     try:
         with pytest.raises(KeyboardInterrupt) as caught:
             em.cosimulate(
-                model, motion, settings=em.Cosimulation(kp=KP), progress=interrupt_at_half
+                model, motion, settings=em.CosimulationSettings(kp=KP), progress=interrupt_at_half
             )
     finally:
         signal.signal(signal.SIGINT, before)
@@ -533,7 +533,7 @@ def test_a_user_function_replaced_within_the_run_is_named(model, motion, name, a
         if abs(t - at) < 1e-9:
             replace()
 
-    plugin = em.CosimulationPlugin(model, motion, em.Cosimulation(kp=KP), progress=progress)
+    plugin = em.CosimulationPlugin(model, motion, em.CosimulationSettings(kp=KP), progress=progress)
 
     def run():
         with plugin.attached():
@@ -570,7 +570,7 @@ def test_a_changed_step_gets_a_matrix_of_its_own():
     """
 
     def cmc(model, motion):
-        return em.CMCPlugin(model, motion, em.CMC(kp=KP))
+        return em.CMCPlugin(model, motion, em.CMCSettings(kp=KP))
 
     plain, shorter = (rejected_run(cmc, 0.001, reject).counts for reject in (False, True))
     tried = shorter.steps + shorter.rejected_steps
@@ -583,7 +583,7 @@ def test_css_extrapolates_over_steps_of_different_lengths():
 
     def css(model, motion):
         predictor = em.Predictor.EXTRAPOLATED_ACCELERATION
-        settings = em.Cosimulation(kp=KP, scheme=em.Scheme.SIMPLIFIED, predictor=predictor)
+        settings = em.CosimulationSettings(kp=KP, scheme=em.Scheme.SIMPLIFIED, predictor=predictor)
         return em.CosimulationPlugin(model, motion, settings)
 
     result = rejected_run(css, 0.01, True)
@@ -703,8 +703,16 @@ def test_a_mass_matrix_that_is_not_one_is_named():
     ("call", "error", "message"),
     [
         (lambda m, d: em.cosimulate(m, None), em.MotionError, "expected a Motion, got NoneType"),
-        (lambda m, d: em.cosimulate(m, d, settings=em.CMC()), em.ParameterError, "Cosimulation"),
-        (lambda m, d: em.cosimulate(m, d, settings=em.Cosimulation), em.ParameterError, "settings"),
+        (
+            lambda m, d: em.cosimulate(m, d, settings=em.CMCSettings()),
+            em.ParameterError,
+            "Cosimulation",
+        ),
+        (
+            lambda m, d: em.cosimulate(m, d, settings=em.CosimulationSettings),
+            em.ParameterError,
+            "settings",
+        ),
         (lambda m, d: em.computed_muscle_control(m, d, settings={}), em.ParameterError, "CMC"),
         (lambda m, d: em.static_optimization(m, d, settings=None), em.ParameterError, "Static"),
         (lambda m, d: em.forward_dynamics(m, d), em.ParameterError, r"such as a result's"),

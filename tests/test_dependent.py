@@ -33,10 +33,10 @@ def model():
 @pytest.fixture(scope="module")
 def runs(model):
     motion = leg.motion()
-    settings = {scheme: em.Cosimulation(kp=KP, scheme=scheme) for scheme in em.Scheme}
+    settings = {scheme: em.CosimulationSettings(kp=KP, scheme=scheme) for scheme in em.Scheme}
     return {
         "static": em.static_optimization(model, motion),
-        "cmc": em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP)),
+        "cmc": em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=KP)),
         **{x.value: em.cosimulate(model, motion, settings=settings[x]) for x in em.Scheme},
     }
 
@@ -263,7 +263,7 @@ def test_tracking_is_that_of_an_ordinary_tree(runs):
     model, motion = ordinary(), leg.motion()
     csf, css = (runs[name].tracking_errors() for name in ("csf", "css"))
     other = {
-        scheme: em.cosimulate(model, motion, settings=em.Cosimulation(kp=KP, scheme=scheme))
+        scheme: em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=KP, scheme=scheme))
         for scheme in em.Scheme
     }
     assert all(run.max_unmet_torque == 0.0 for run in [*runs.values(), *other.values()])
@@ -283,7 +283,7 @@ def test_counts_of_csf(runs):
 
 
 def test_csf_with_the_papers_first_iterate(model, runs):
-    settings = em.Cosimulation(kp=KP, first_iterate=em.FirstIterate.RECRUIT)
+    settings = em.CosimulationSettings(kp=KP, first_iterate=em.FirstIterate.RECRUIT)
     result = em.cosimulate(model, leg.motion(), settings=settings)
     np.testing.assert_allclose(result.coordinates, runs["csf"].coordinates, rtol=0, atol=1e-9)
 
@@ -299,7 +299,7 @@ def test_csf_tracks_beyond_the_muscles_reach():
     ]  # fmt: skip
     model = leg.build(weak)
     with pytest.warns(em.UnmetTorqueWarning, match="hip|knee"):
-        result = em.cosimulate(model, leg.motion(), settings=em.Cosimulation(kp=KP))
+        result = em.cosimulate(model, leg.motion(), settings=em.CosimulationSettings(kp=KP))
     assert result.status is em.Status.COMPLETE
     assert result.counts.newton_iterations < 6 * result.counts.steps
 
@@ -415,7 +415,7 @@ def test_the_mbs_is_left_as_it_was(model):
     motion = leg.motion()
     try:
         em.static_optimization(model, motion)
-        em.cosimulate(model, motion, settings=em.Cosimulation(kp=KP))
+        em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=KP))
         plugin_run(model, csf(model, motion), settings(end=0.02))
         assert data.GetODE2Coordinates(configuration=initial).tolist() == before
         options = settings(end=0.02)

@@ -45,15 +45,15 @@ def static(model, motion):
 
 
 def cmc(model, motion):
-    return em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP, step=0.005))
+    return em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=KP, step=0.005))
 
 
 def csf(model, motion):
-    return em.cosimulate(model, motion, settings=em.Cosimulation(kp=KP))
+    return em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=KP))
 
 
 def css(model, motion):
-    simplified = em.Cosimulation(kp=KP, scheme=em.Scheme.SIMPLIFIED)
+    simplified = em.CosimulationSettings(kp=KP, scheme=em.Scheme.SIMPLIFIED)
     return em.cosimulate(model, motion, settings=simplified)
 
 
@@ -65,7 +65,7 @@ def forward(model, motion):
 
 def plugin(model, motion):
     """A user's own run."""
-    made = em.CosimulationPlugin(model, motion, em.Cosimulation(kp=KP))
+    made = em.CosimulationPlugin(model, motion, em.CosimulationSettings(kp=KP))
     with made.attached():
         model.mbs.SolveDynamic(settings(end=0.02), solverType=TRAPEZOIDAL)
     return made.result()

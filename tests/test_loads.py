@@ -288,7 +288,7 @@ def test_a_leg_with_followers_is_pushed():
     for step in (0.002, 0.001):
         model.skeleton.set_initial_state(*start)
         excitations = em.Excitations(np.array([0.2, 0.6]), np.array([[0.5]]))
-        result = em.forward_dynamics(model, excitations, settings=em.Forward(step=step))
+        result = em.forward_dynamics(model, excitations, settings=em.ForwardSettings(step=step))
         ends.append(np.r_[result.coordinates[-1], result.speeds[-1]])
     coarse, fine = np.subtract(ends, end)
     np.testing.assert_allclose(coarse / fine, 4.0, rtol=0, atol=0.005)

@@ -158,8 +158,10 @@ def test_tendon_too_long_for_the_motion():
 
 METHODS = [
     lambda model, motion: em.static_optimization(model, motion, step=0.01),
-    lambda model, motion: em.computed_muscle_control(model, motion, settings=em.CMC(kp=534.0)),
-    lambda model, motion: em.cosimulate(model, motion, settings=em.Cosimulation(kp=534.0)),
+    lambda model, motion: em.computed_muscle_control(
+        model, motion, settings=em.CMCSettings(kp=534.0)
+    ),
+    lambda model, motion: em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=534.0)),
 ]
 
 

@@ -59,7 +59,7 @@ def run(name, step):
     q, v = q[order_of(name)], v[order_of(name)]
     l_t = em.tendon_length(model.muscles, fiber, model.geometry(q, v).length)
     given = em.Excitations(*excitations(name, step), initial=(q, v, a, l_t))
-    return model, em.forward_dynamics(model, given, settings=em.Forward(step=step))
+    return model, em.forward_dynamics(model, given, settings=em.ForwardSettings(step=step))
 
 
 def differences(name, step):
@@ -196,7 +196,7 @@ def test_energy_of_pennate_fibers_is_conserved_too(name, changes):
     for step in steps:
         model = load(name, pennation_angle_at_optimal=0.5, **changes)
         given = em.Excitations(*excitations(name, step))
-        result = em.forward_dynamics(model, given, settings=em.Forward(step=step))
+        result = em.forward_dynamics(model, given, settings=em.ForwardSettings(step=step))
         found.append(imbalances(model, result))
     assert max(found[1]) < 1e-5
     assert (np.abs(order(steps, *found) - 2.0) < 0.1).all()

@@ -51,7 +51,7 @@ def with_a_mass_on_a_spring(stiffness=500.0, damping=20.0):
 
 def run(scheme, step, **spring):
     model, motion = with_a_mass_on_a_spring(**spring), pendulum.motion()
-    plugin = em.CosimulationPlugin(model, motion, em.Cosimulation(kp=KP, scheme=scheme))
+    plugin = em.CosimulationPlugin(model, motion, em.CosimulationSettings(kp=KP, scheme=scheme))
     s = settings(step)
     s.timeIntegration.newton.useModifiedNewton = False
     return plugin_run(model, plugin, s)
@@ -74,7 +74,7 @@ def test_csf_needs_few_iterations_with_a_stiff_spring():
 
 def test_cmc_predicts_the_other_bodies():
     model, motion = with_a_mass_on_a_spring(), pendulum.motion()
-    cmc = em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP))
+    cmc = em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=KP))
     csf = run(em.Scheme.FULL, 0.01)
     assert rms_deg(cmc)[0] < 0.1
     difference = np.abs(cmc.torques_demanded - csf.torques_demanded).max()
@@ -115,7 +115,9 @@ def test_a_prediction_moves_other_bodies_with_their_acceleration():
         return True
 
     mbs.SetPreStepUserFunction(look)
-    plugin_run(model, em.CosimulationPlugin(model, motion, em.Cosimulation(kp=KP)), settings())
+    plugin_run(
+        model, em.CosimulationPlugin(model, motion, em.CosimulationSettings(kp=KP)), settings()
+    )
     assert len(errors) == 100
     assert max(errors) < 1e-12
 

@@ -19,13 +19,13 @@ def results():
     """Short runs of the methods on the pendulum, and a replay."""
     model, motion = pendulum.build(), pendulum.motion()
     gain = {"kp": 534.0}
-    cmc = em.computed_muscle_control(model, motion, settings=em.CMC(**gain))
+    cmc = em.computed_muscle_control(model, motion, settings=em.CMCSettings(**gain))
     return {
         "static": em.static_optimization(model, motion),
         "cmc": cmc,
-        "csf": em.cosimulate(model, motion, settings=em.Cosimulation(**gain)),
+        "csf": em.cosimulate(model, motion, settings=em.CosimulationSettings(**gain)),
         "css": em.cosimulate(
-            model, motion, settings=em.Cosimulation(scheme=em.Scheme.SIMPLIFIED, **gain)
+            model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.SIMPLIFIED, **gain)
         ),
         "forward": em.forward_dynamics(model, cmc.excitations),
     }

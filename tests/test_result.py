@@ -18,13 +18,15 @@ from .runs import KP, plugin_run, settings, start_at
 
 @pytest.fixture(scope="module")
 def csf():
-    return em.cosimulate(pendulum.build(), pendulum.motion(), settings=em.Cosimulation(kp=KP))
+    return em.cosimulate(
+        pendulum.build(), pendulum.motion(), settings=em.CosimulationSettings(kp=KP)
+    )
 
 
 @pytest.fixture(scope="module")
 def cmc():
     return em.computed_muscle_control(
-        planar_arm.build(), planar_arm.motion(), settings=em.CMC(kp=KP)
+        planar_arm.build(), planar_arm.motion(), settings=em.CMCSettings(kp=KP)
     )
 
 

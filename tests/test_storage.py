@@ -309,7 +309,9 @@ def test_states_and_kinematics_of_one_motion():
 
 @pytest.fixture(scope="module")
 def csf():
-    return em.cosimulate(pendulum.build(), pendulum.motion(), settings=em.Cosimulation(kp=KP))
+    return em.cosimulate(
+        pendulum.build(), pendulum.motion(), settings=em.CosimulationSettings(kp=KP)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -322,7 +324,7 @@ def helped():
         reserves=[em.Reserve("theta", 20.0), em.Reserve("theta", 5.0)],
     )  # fmt: skip
     motion = pendulum.motion()
-    return model, em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP))
+    return model, em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=KP))
 
 
 def test_states(csf):

@@ -582,5 +582,5 @@ def test_gains_that_overflow(tag, tmp_path):
     with pytest.raises(em.ModelFileError, match=rf"line 1: .*{tag} = 1e\+29 .* \[0, 1e\+12\]"):
         read_tasks(file)
     with pytest.raises(em.ParameterError, match=rf"{tag} = 1e\+308 .* is outside \[0, 1e\+12\]"):
-        em.CMC(**{tag: 1e308})
+        em.CMCSettings(**{tag: 1e308})
     assert cli.main(["run", str(PENDULUM), "--method", "csf", f"--{tag}", "1e308"]) == 2

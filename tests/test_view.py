@@ -21,7 +21,7 @@ from exudyn_muscles.errors import ParameterError
 from exudyn_muscles.view import scene as view
 from models import pendulum
 
-SETTINGS = em.Cosimulation(kp=534.0)
+SETTINGS = em.CosimulationSettings(kp=534.0)
 
 
 @pytest.fixture

@@ -22,16 +22,17 @@ def method_function(
     predictor: str = "constant",
 ) -> Callable[..., Trajectory]:
     """The method's function of model, motion and progress=; raises for settings out of range."""
-    from ..methods.cmc import CMC, computed_muscle_control
-    from ..methods.cosimulation import Cosimulation, Predictor, Scheme, cosimulate
+    from ..methods.cmc import CMCSettings, computed_muscle_control
+    from ..methods.cosimulation import cosimulate
+    from ..methods.cosimulation_settings import CosimulationSettings, Predictor, Scheme
     from ..methods.static import static_optimization
 
     if method == "static":
         return partial(static_optimization, step=step)
     if method == "cmc":
-        cmc = CMC(kp=kp, kv=kv, window=window, step=step)
+        cmc = CMCSettings(kp=kp, kv=kv, window=window, step=step)
         return partial(computed_muscle_control, settings=cmc)
-    settings = Cosimulation(
+    settings = CosimulationSettings(
         scheme=Scheme(method), predictor=Predictor(predictor), kp=kp, kv=kv, step=step
     )
     return partial(cosimulate, settings=settings)

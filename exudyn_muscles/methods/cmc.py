@@ -9,26 +9,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
 
+from ..checks import check_settings, check_step
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..path.geometry import Geometry
 from ..results.trajectory import Trajectory
 from ..simulation.run import number_of_steps, simulate
-from .control import (
-    Tracking,
-    TrackingSettings,
-    check_settings,
-    check_step,
-    tracking_start,
-)
 from .recruiting import MuscleOptimization
-from .unified import UnifiedPlugin
+from .tracking import Tracking, TrackingSettings, tracking_start
+from .unified import UnifiedPlugin, UnifiedState
 
 
 class Prediction(Enum):
@@ -43,7 +38,7 @@ class Prediction(Enum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CMC(TrackingSettings):
+class CMCSettings(TrackingSettings):
     """Settings of `computed_muscle_control` and `CMCPlugin`.
 
     Parameters
@@ -77,7 +72,7 @@ def computed_muscle_control(
     model: MusculoskeletalModel,
     motion: Motion,
     *,
-    settings: CMC = CMC(),
+    settings: CMCSettings = CMCSettings(),
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Track a motion by computed muscle control.
@@ -89,7 +84,7 @@ def computed_muscle_control(
     model : MusculoskeletalModel
     motion : Motion
         Of the model's n coordinates.
-    settings : CMC
+    settings : CMCSettings
     progress : callable, optional
         Called with the time reached after every step.
 
@@ -111,12 +106,32 @@ def computed_muscle_control(
     UnmetTorqueWarning
         The muscles could not deliver the demanded torques; names the coordinates.
     """
-    check_settings(settings, CMC)
+    check_settings(settings, CMCSettings)
     check_motion(motion, model.coordinates)
     windows = number_of_steps(motion.start, motion.end, settings.window)
     plugin = CMCPlugin(model, motion, settings, progress=progress)
-    plugin.end_time = motion.start + windows * settings.window
-    return simulate(plugin, settings.step, motion(motion.start)[:2], modified_newton=True)
+    end = motion.start + windows * settings.window
+    return simulate(plugin, settings.step, motion(motion.start)[:2], modified_newton=True, end=end)
+
+
+@dataclass(eq=False, kw_only=True)
+class CMCState(UnifiedState):
+    """State of a run of CMC.
+
+    Attributes
+    ----------
+    muscles : MuscleOptimization
+    tracking : Tracking
+    window_end : float
+        Of the window that goes on [s].
+    held : (m,) ndarray
+        Its excitations.
+    """
+
+    muscles: MuscleOptimization
+    tracking: Tracking
+    window_end: float
+    held: np.ndarray = field(init=False)
 
 
 class CMCPlugin(UnifiedPlugin):
@@ -129,52 +144,62 @@ class CMCPlugin(UnifiedPlugin):
     ----------
     model : MusculoskeletalModel
     motion : Motion
-    settings : CMC
+    settings : CMCSettings
     start : float, optional
         startTime of the run [s]; the motion's start if left out.
     progress : callable, optional
     """
 
     method = "cmc"
-    settings: CMC
+    settings: CMCSettings
     motion: Motion
+    state: CMCState
 
     def __init__(
         self,
         model: MusculoskeletalModel,
         motion: Motion,
-        settings: CMC = CMC(),
+        settings: CMCSettings = CMCSettings(),
         *,
         start: float | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> None:
-        check_settings(settings, CMC)
+        check_settings(settings, CMCSettings)
         start = tracking_start(model, motion, settings, start)
         super().__init__(model, start, motion.end, settings, motion, progress)
+
+    def new_state(self) -> CMCState:
+        common = self._common()
+        return CMCState(
+            **common,
+            muscles=MuscleOptimization(self.model, self.settings, common["counts"]),
+            tracking=Tracking(self.motion, self.settings),
+            window_end=self.start_time,
+        )
 
     def start_muscles(
         self, q: np.ndarray, v: np.ndarray, geometry: Geometry
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        t = self.start_time
-        self._muscles = MuscleOptimization(self.model, self.settings, self.counts)
-        self._tracking = Tracking(self.motion, self.settings)
+        state, t = self.state, self.start_time
         M, bias = self.skeleton.dynamics_at(q, v, t)
-        Q_m = M @ self._tracking.acceleration(t, t, q, v) + bias
-        self._window_end = t
-        return self._muscles.start(geometry, Q_m, self.record, t)
+        Q_m = M @ state.tracking.acceleration(t, t, q, v) + bias
+        start = state.muscles.start(geometry, Q_m, t)
+        state.record.start = t, start.reserve, start.unmet
+        return start.activation, start.tendon_length, start.reserve
 
     def controls(self, t_0: float, t_1: float) -> np.ndarray:
-        if t_0 >= self._window_end - 1e-9:
+        if t_0 >= self.state.window_end - 1e-9:
             self._open_window(t_0)
-        return self._held
+        return self.state.held
 
     def _open_window(self, t_0: float) -> None:
         """Excitations from the state at `t_0`, held over the window."""
-        tracking, skeleton = self._tracking, self.skeleton
+        state, skeleton = self.state, self.skeleton
+        tracking, muscles = state.tracking, state.muscles
         # Where steps do not divide the window it lasts as long as its last one.
-        steps = math.ceil(self.settings.window / self.step - 1e-9)
-        length = max(self.settings.window, steps * self.step)
-        t_1 = min(t_0 + length, self.motion.end, self.run_end)
+        steps = math.ceil(self.settings.window / state.step - 1e-9)
+        length = max(self.settings.window, steps * state.step)
+        t_1 = min(t_0 + length, self.motion.end, state.end)
         q, v, _ = skeleton.start
         a_cmc = tracking.acceleration(t_1, t_0, q, v)  # (12)
         q_1, v_1, _ = tracking.desired(t_1)
@@ -183,8 +208,8 @@ class CMCPlugin(UnifiedPlugin):
             q_1, v_1 = q_1 + (q - q_d), v_1 + (v - v_d)
         M, bias = skeleton.dynamics_ahead(q_1, v_1, t_1)
         Q_m = M @ a_cmc + bias  # (14) with the sign of (6)
-        self._muscles.open(self.a, self.l_t, self.geometry, t_0, t_1)
-        self._muscles.recruit(self.model.geometry(q_1, v_1), Q_m)
-        self._held = self._muscles.excite(t_1).excitation
-        self._window_end = t_1
-        self.begin_window(t_0, t_1, self._muscles.reserve, self._muscles.window)
+        opened = muscles.open(state.a, state.l_t, state.geometry, t_0, t_1)
+        reached = muscles.reach(opened, self.model.geometry(q_1, v_1))
+        excited = muscles.excite(muscles.recruit(reached, Q_m))
+        state.held, state.window_end = excited.window.excitation, t_1
+        self.begin_window(t_0, t_1, excited.reserve, excited.window)

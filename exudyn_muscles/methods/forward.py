@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import number_within
+from ..checks import check_settings, check_step, number_within
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..muscle.arguments import check_range
@@ -15,12 +15,11 @@ from ..muscle.equilibrium import equilibrium
 from ..path.geometry import Geometry
 from ..results.trajectory import Excitations, Trajectory, Window
 from ..simulation.run import simulate
-from .control import check_settings, check_step
-from .unified import UnifiedPlugin
+from .unified import UnifiedPlugin, UnifiedState
 
 
 @dataclass(frozen=True, kw_only=True)
-class Forward:
+class ForwardSettings:
     """Settings of `forward_dynamics` and `ForwardPlugin`.
 
     Parameters
@@ -39,7 +38,7 @@ def forward_dynamics(
     model: MusculoskeletalModel,
     excitations: Excitations,
     *,
-    settings: Forward = Forward(),
+    settings: ForwardSettings = ForwardSettings(),
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Simulate skeleton and muscles under given excitations.
@@ -52,7 +51,7 @@ def forward_dynamics(
     model : MusculoskeletalModel
     excitations : Excitations
         Of the model's m muscles; clipped below at the minimum activations.
-    settings : Forward
+    settings : ForwardSettings
     progress : callable, optional
         Called with the time reached after every step.
 
@@ -67,12 +66,19 @@ def forward_dynamics(
     SimulationError, WindowError
         In the middle; the result up to then is the exception's `trajectory`.
     """
-    check_settings(settings, Forward)
+    check_settings(settings, ForwardSettings)
     plugin = ForwardPlugin(model, excitations, settings, progress=progress)
     initial = excitations.initial
     return simulate(
         plugin, settings.step, None if initial is None else initial[:2], modified_newton=True
     )
+
+
+@dataclass(eq=False, kw_only=True)
+class ForwardState(UnifiedState):
+    """State of a forward run; `window` is the number of the one that goes on."""
+
+    window: int = -1
 
 
 class ForwardPlugin(UnifiedPlugin):
@@ -86,17 +92,18 @@ class ForwardPlugin(UnifiedPlugin):
     model : MusculoskeletalModel
     excitations : Excitations
         They span the times that can be simulated.
-    settings : Forward
+    settings : ForwardSettings
     progress : callable, optional
     """
 
     method = "forward"
+    state: ForwardState
 
     def __init__(
         self,
         model: MusculoskeletalModel,
         excitations: Excitations,
-        settings: Forward = Forward(),
+        settings: ForwardSettings = ForwardSettings(),
         *,
         progress: Callable[[float], None] | None = None,
     ) -> None:
@@ -123,21 +130,20 @@ class ForwardPlugin(UnifiedPlugin):
             )
         if excitations.initial is not None:
             check_initial(model, *excitations.initial)
-        super().__init__(model, float(time[0]), float(time[-1]), settings, None, progress)
         self._excitations = excitations
         self._u = np.maximum(values, model.muscles.minimum_activation)
+        super().__init__(model, float(time[0]), float(time[-1]), settings, None, progress)
+
+    def new_state(self) -> ForwardState:
+        return ForwardState(**self._common())
 
     def start_muscles(
         self, q: np.ndarray, v: np.ndarray, geometry: Geometry
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         self.model.check_stretch(q[None])
         given = self._excitations
-        self.record.start = (
-            self.start_time,
-            given.reserves[0],
-            np.zeros(len(self.model.coordinates)),
-        )
-        self._window = -1
+        unmet = np.zeros(len(self.model.coordinates))
+        self.state.record.start = self.start_time, given.reserves[0], unmet
         if given.initial is not None:
             a, l_t = (np.array(x, dtype=float) for x in given.initial[2:])
             l_t = self.model.muscles.with_rigid(l_t)
@@ -149,12 +155,12 @@ class ForwardPlugin(UnifiedPlugin):
     def controls(self, t_0: float, t_1: float) -> np.ndarray:
         given = self._excitations
         k = given.window(0.5 * (t_0 + t_1))
-        if k != self._window:
+        if k != self.state.window:
             # Nothing was demanded and no bounds were computed.
             n, unknown = len(self.model.coordinates), np.full(len(self.model.muscles), np.nan)
             window = Window(self._u[k], np.full(n, np.nan), np.zeros(n), unknown, unknown, unknown)
             self.begin_window(t_0, given.time[k + 1], given.reserves[k + 1], window)
-            self._window = k
+            self.state.window = k
         return self._u[k]
 
 

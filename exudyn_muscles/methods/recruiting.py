@@ -1,14 +1,18 @@
 """The muscle optimization that all methods share: the dark blocks of the paper's flowcharts.
 
-start     forces and activations at the start of the run
-open      a window from the committed muscle state
-recruit   force limits (8), (9) and optimization (10) for a torque at the window's end
-excite    root solver (11): excitations, and the state they end in
+    start       forces and activations at the start of a run
+    open        a window from the committed muscle state
+    reach       force limits (8), (9) at the window's end
+    recruit     optimization (10) for a torque there
+    excite      root solver (11): excitations, and the state they end in
+
+Each takes what the one before has returned.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,22 +20,65 @@ from ..errors import ParameterError, UnmetTorqueError
 from ..model import MusculoskeletalModel
 from ..muscle.parameters import MuscleSet
 from ..path.geometry import Geometry
-from ..recruitment.bounds import Excitation, ReachableForces, steady_bounds, steady_state
 from ..recruitment.limits import Limits
-from ..recruitment.optimization import Recruiter, Recruitment
-from ..results.trajectory import Counts, Recorder, Window
-from .control import RecruitmentSettings
+from ..recruitment.optimization import Recruiter
+from ..recruitment.problem import Recruitment
+from ..recruitment.settings import RecruitmentSettings
+from ..recruitment.steady import steady_bounds, steady_state
+from ..recruitment.windows import MuscleState, OpenWindow, Reach, Windows, open_window, reach_end
+from ..recruitment.windows import excite as excitations_of
+from ..results.trajectory import Counts, Window
+
+
+class Opened(NamedTuple):
+    """A window of the muscles until the time `end`, and the limits of the ideal actuators there."""
+
+    window: OpenWindow
+    ideal: np.ndarray
+    end: float
+
+
+class Reached(NamedTuple):
+    """What forces are within reach at a window's end, where the muscles have this geometry."""
+
+    opened: Opened
+    geometry: Geometry
+    reach: Reach
+
+
+class Recruited(NamedTuple):
+    """The forces that serve the demanded torques (n,) best."""
+
+    reached: Reached
+    demanded: np.ndarray
+    recruitment: Recruitment
+
+
+class Excited(NamedTuple):
+    """a, l_t (m,) and the reserves (r,) at a window's end, and the window as it is recorded."""
+
+    activation: np.ndarray
+    tendon_length: np.ndarray
+    reserve: np.ndarray
+    window: Window
+
+
+class Started(NamedTuple):
+    """a, l_t (m,), reserves (r,) and unmet torques (n,) at the start of a run."""
+
+    activation: np.ndarray
+    tendon_length: np.ndarray
+    reserve: np.ndarray
+    unmet: np.ndarray
 
 
 class MuscleOptimization:
-    """Recruitment over windows for one run.
+    """Recruitment over windows for one run, whose `counts` it adds to.
 
-    Attributes
-    ----------
-    window : Window
-        The last excited one, as it is recorded.
-    reserve : (r,) ndarray
-        Reserve torques at its end.
+    Raises
+    ------
+    ParameterError
+        As `check_fit`.
     """
 
     def __init__(
@@ -40,66 +87,67 @@ class MuscleOptimization:
         self._model = model
         self._settings = settings
         self._counts = counts
-        self._forces = ReachableForces(
-            model.muscles, settings.window_tolerance, settings.integrator
-        )
+        self._windows = Windows(model.muscles, settings.window_tolerance, settings.integrator)
         self._limits = Limits(settings.control_limits, model.muscles, model.reserves)
-        self._recruiter = Recruiter(settings.solver, settings.coordinate_weights)
+        self._recruiter = Recruiter(
+            settings.solver, settings.coordinate_weights, settings.criterion
+        )
         self._cheaper = _cheaper(settings.weights, model.muscles)
         self._optimal = np.array([actuator.optimal_force for actuator in model.reserves])
 
-    def start(
-        self, geometry: Geometry, Q_m: np.ndarray, record: Recorder, t: float
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """a, l_t (m,) and reserves (r,) of the steady state that serves `Q_m` best."""
-        muscles, (u, self._ideal) = self._model.muscles, self._limits.at(t)
+    def start(self, geometry: Geometry, Q_m: np.ndarray, t: float) -> Started:
+        """The steady state at the time `t` that serves `Q_m` (n,) best.
+
+        Raises
+        ------
+        UnmetTorqueError
+            The demand is out of reach and the settings ask for an error.
+        """
+        muscles, (u, ideal) = self._model.muscles, self._limits.at(t)
         l, v = geometry.length, geometry.lengthening_speed
-        recruitment = self._optimize(geometry, Q_m, *steady_bounds(muscles, u, l, v))
+        recruitment = self._optimize(geometry, Q_m, *steady_bounds(muscles, u, l, v), ideal)
         self._check_met(recruitment, t)
         force, reserve = self._split(recruitment.force)
         a, l_t = steady_state(muscles, u, force, l, v)
-        record.start = t, reserve, recruitment.unmet
-        return a, l_t, reserve
+        return Started(a, l_t, reserve, recruitment.unmet)
 
     def open(
         self, a: np.ndarray, l_t: np.ndarray, geometry: Geometry, t_0: float, t_1: float
-    ) -> None:
-        """Begin a window from `t_0` to `t_1` at the committed state."""
-        u, self._ideal = self._limits.at(t_1)
-        self._forces.open(a, l_t, geometry.length, geometry.lengthening_speed, t_1 - t_0, u)
+    ) -> Opened:
+        """A window from `t_0` to `t_1` that begins at the committed state."""
+        u, ideal = self._limits.at(t_1)
+        start = MuscleState(a, l_t, geometry.length, geometry.lengthening_speed)
+        return Opened(open_window(self._windows, start, t_1 - t_0, u), ideal, t_1)
 
-    def recruit(self, geometry: Geometry, Q_m: np.ndarray) -> Recruitment:
-        """Force limits and optimization for the torque `Q_m` at the window's end."""
-        self._demanded, self._bounds = Q_m, self.limit(geometry)
-        self._recruitment = self._optimize(geometry, Q_m, *self._bounds)
-        return self._recruitment
+    def reach(self, opened: Opened, geometry: Geometry) -> Reached:
+        """Force limits (8), (9) where the window ends with this geometry."""
+        reach = reach_end(opened.window, geometry.length, geometry.lengthening_speed)
+        self._counts.window_integrations = int(self._windows.tally[0])
+        return Reached(opened, geometry, reach)
 
-    def torque(self, geometry: Geometry, Q_m: np.ndarray) -> np.ndarray:
-        """The torque that `recruit` would deliver."""
-        return self._optimize(geometry, Q_m, *self.limit(geometry)).torque
+    def recruit(self, reached: Reached, Q_m: np.ndarray) -> Recruited:
+        """The forces at the window's end for the torques `Q_m` (n,)."""
+        _, geometry, reach = reached
+        found = self._optimize(geometry, Q_m, reach.low, reach.high, reached.opened.ideal)
+        return Recruited(reached, Q_m, found)
 
-    def limit(self, geometry: Geometry) -> tuple[np.ndarray, np.ndarray]:
-        """Force limits (8), (9) at the window's end."""
-        bounds = self._forces.bounds(geometry.length, geometry.lengthening_speed)
-        self._counts.window_integrations = self._forces.integrations
-        return bounds
-
-    def excite(self, t: float) -> Excitation:
-        """Excitations for the last recruitment, whose window ends at `t`.
+    def excite(self, recruited: Recruited, at: Reached | None = None) -> Excited:
+        """Excitations that lead to the recruited forces, where they were recruited or `at` another
+        end of the same window.
 
         Raises
         ------
         UnmetTorqueError
             The demand was out of reach and the settings ask for an error.
         """
-        self._check_met(self._recruitment, t)
-        force, self.reserve = self._split(self._recruitment.force)
-        excitation = self._forces.excite(force)
-        self._counts.window_integrations = self._forces.integrations
-        low, high = self._bounds
-        unmet = self._recruitment.unmet
-        self.window = Window(excitation.excitation, self._demanded, unmet, low, force, high)
-        return excitation
+        reached, demanded, recruitment = recruited
+        self._check_met(recruitment, reached.opened.end)
+        force, reserve = self._split(recruitment.force)
+        excitation = excitations_of((at or reached).reach, force)
+        self._counts.window_integrations = int(self._windows.tally[0])
+        low, high = reached.reach.low, reached.reach.high
+        window = Window(excitation.excitation, demanded, recruitment.unmet, low, force, high)
+        return Excited(excitation.activation, excitation.tendon_length, reserve, window)
 
     def _split(self, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Forces of the muscles (m,) and of the ideal actuators (r,)."""
@@ -107,7 +155,12 @@ class MuscleOptimization:
         return forces[:m], forces[m:]
 
     def _optimize(
-        self, geometry: Geometry, Q_m: np.ndarray, low: np.ndarray, high: np.ndarray
+        self,
+        geometry: Geometry,
+        Q_m: np.ndarray,
+        low: np.ndarray,
+        high: np.ndarray,
+        ideal: np.ndarray,
     ) -> Recruitment:
         given = self._settings.normalizer(self._model.muscles, high, geometry)
         try:
@@ -123,7 +176,7 @@ class MuscleOptimization:
         r, N = geometry.moment_arms, N * self._cheaper
         if self._optimal.size:
             r = np.vstack([r, geometry.columns.T])
-            low, high = np.append(low, self._ideal[0]), np.append(high, self._ideal[1])
+            low, high = np.append(low, ideal[0]), np.append(high, ideal[1])
             N = np.append(N, self._optimal)
         return self._recruiter.solve(r, Q_m, low, high, N)
 
@@ -136,9 +189,4 @@ class MuscleOptimization:
 
 def _cheaper(weights: Mapping[str, float], muscles: MuscleSet) -> np.ndarray:
     """What weights of the squares make of the normalising forces (m,)."""
-    factors = np.ones(len(muscles))
-    for name, weight in weights.items():
-        if name not in muscles.names:
-            raise ParameterError(f"weights of '{name}': the muscles are {', '.join(muscles.names)}")
-        factors[muscles.names.index(name)] = weight**-0.5
-    return factors
+    return np.array([weights.get(name, 1.0) ** -0.5 for name in muscles.names])

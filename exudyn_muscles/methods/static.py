@@ -12,21 +12,22 @@ from functools import partial
 
 import numpy as np
 
+from ..checks import check_settings, check_step
 from ..errors import FrozenBodiesWarning, warn
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion, warn_of_angles
+from ..recruitment.settings import RecruitmentSettings, check_fit
 from ..results.trajectory import Counts, Recorder, Row, Status, Trajectory
-from ..simulation.plugin import warn_of_unmet_torque
+from ..simulation.ending import warn_of_unmet_torque
 from ..simulation.run import number_of_steps
 from ..skeleton.external_forces import check_external_forces
 from ..skeleton.hold import hold
 from ..skeleton.skeleton import original, raise_as_itself
-from .control import RecruitmentSettings, check_settings, check_sizes, check_step
 from .recruiting import MuscleOptimization
 
 
 @dataclass(frozen=True, kw_only=True)
-class Static(RecruitmentSettings):
+class StaticSettings(RecruitmentSettings):
     """Settings of `static_optimization`.
 
     Parameters
@@ -46,7 +47,7 @@ def static_optimization(
     model: MusculoskeletalModel,
     motion: Motion,
     *,
-    settings: Static = Static(),
+    settings: StaticSettings = StaticSettings(),
     step: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
@@ -57,7 +58,7 @@ def static_optimization(
     model : MusculoskeletalModel
     motion : Motion
         Of the model's n coordinates.
-    settings : Static
+    settings : StaticSettings
         A last incomplete window is left out.
     step : float, optional
         Length of the windows [s] in place of the settings' one.
@@ -84,12 +85,12 @@ def static_optimization(
     UnmetTorqueWarning
         The muscles cannot deliver the motion's torques; names the coordinates.
     """
-    check_settings(settings, Static)
+    check_settings(settings, StaticSettings)
     if step is not None:
         settings = replace(settings, step=step)
     step = settings.step
     check_motion(motion, model.coordinates)
-    check_sizes(settings, model.coordinates)
+    check_fit(settings, model)
     warn_of_angles(motion, model.coordinates, model.skeleton.units)
     counts = Counts()
     record = Recorder("static", model, settings, counts, motion)
@@ -121,13 +122,15 @@ def static_optimization(
                 M, bias = skeleton.dynamics_at(q_d[n], v_d[n], t)
                 Q_m = M @ a_d[n] + bias  # (6)
                 if n == 0:
-                    a, l_t, reserve = muscles.start(geometry, Q_m, record, t)
+                    start = muscles.start(geometry, Q_m, t)
+                    record.start = t, start.reserve, start.unmet
+                    a, l_t, reserve = start[:3]
                     torque, window = model.torque(geometry, a, l_t, reserve), None
                 else:
-                    muscles.open(a, l_t, last, times[n - 1], t)
-                    torque = muscles.recruit(geometry, Q_m).torque
-                    _, a, l_t, _ = muscles.excite(t)
-                    reserve, window = muscles.reserve, muscles.window
+                    opened = muscles.open(a, l_t, last, times[n - 1], t)
+                    recruited = muscles.recruit(muscles.reach(opened, geometry), Q_m)
+                    a, l_t, reserve, window = muscles.excite(recruited)
+                    torque = recruited.recruitment.torque
                     counts.steps += 1
                 record.add(Row(t, (q_d[n], v_d[n], a_d[n], a, l_t, torque), reserve, window))
                 last = geometry

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,6 +24,8 @@ from ..numerics.kernel import kernel
 from ..path.geometry import Geometry, path_geometry, path_tables
 from ..results.trajectory import Window
 from ..simulation.plugin import Plugin
+from ..simulation.solver import request_jacobian
+from ..simulation.state import RunState
 
 
 @kernel
@@ -60,8 +63,35 @@ def unified_step(
     return -1
 
 
+@dataclass(eq=False, kw_only=True)
+class UnifiedState(RunState):
+    """State of a run with the muscles integrated together with the skeleton.
+
+    Attributes
+    ----------
+    reserve : (r,) ndarray
+        Committed torques of the reserves.
+    ramp : tuple of two float and two (r,) ndarray
+        Times and reserves where the window begins and ends.
+    reserve_now : (r,) ndarray
+        At the end of the step being tried.
+    recorded : Window
+        The one that goes on.
+    begins : bool
+        It has no accepted step yet.
+    """
+
+    reserve: np.ndarray = field(init=False)
+    ramp: tuple[float, float, np.ndarray, np.ndarray] = field(init=False)
+    reserve_now: np.ndarray = field(init=False)
+    recorded: Window = field(init=False)
+    begins: bool = False
+
+
 class UnifiedPlugin(Plugin):
     """One trapezoidal step of the muscles in every Newton iteration of the skeleton."""
+
+    state: UnifiedState
 
     def __init__(
         self,
@@ -98,17 +128,15 @@ class UnifiedPlugin(Plugin):
         They run there linearly from their committed values, as the record is read; a last step
         beyond `t_1` goes on along the same line.
         """
-        self._ramp = (t_0, t_1, self.reserve, reserve)
-        self._recorded, self._begins = window, True
-
-    def _reserves_at(self, t: float) -> np.ndarray:
-        t_0, t_1, first, last = self._ramp
-        return first + (t - t_0) / (t_1 - t_0) * (last - first)
+        state = self.state
+        state.ramp = (t_0, t_1, state.reserve, reserve)
+        state.recorded, state.begins = window, True
 
     def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        self.geometry = self.model.geometry(q, v)
-        self.a, self.l_t, self.reserve = self.start_muscles(q, v, self.geometry)
-        return self.model.torque(self.geometry, self.a, self.l_t, self.reserve)
+        state = self.state
+        state.geometry = self.model.geometry(q, v)
+        state.a, state.l_t, state.reserve = self.start_muscles(q, v, state.geometry)
+        return self.model.torque(state.geometry, state.a, state.l_t, state.reserve)
 
     def ready(self, step: float) -> None:
         """Any step will do."""
@@ -117,28 +145,29 @@ class UnifiedPlugin(Plugin):
         # Two iterations instead of six with the matrix of an earlier step; one coordinate needs
         # hardly more than two either way.
         if len(self.skeleton) > 1:
-            self.request_jacobian()
-        u = self.controls(t_0, t_1)
-        self._reserve_now = self._reserves_at(t_1)
-        length, speed = self.geometry[:2]
-        for row, values in enumerate((self.a, self.l_t, u, length, speed)):
+            request_jacobian(self.model.mbs)
+        state, u = self.state, self.controls(t_0, t_1)
+        begun, end, first, last = state.ramp
+        state.reserve_now = first + (t_1 - begun) / (end - begun) * (last - first)
+        length, speed = state.geometry[:2]
+        for row, values in enumerate((state.a, state.l_t, u, length, speed)):
             self._start[row] = values
 
     def torque(self, t: float, first: bool) -> np.ndarray:
-        skeleton = self.skeleton
+        state, skeleton = self.state, self.skeleton
         failed = unified_step(
-            *self._tables, skeleton.tree_q, skeleton.tree_v, self.step, self._start, self._trial,
+            *self._tables, skeleton.tree_q, skeleton.tree_v, state.step, self._start, self._trial,
             self._arms, self._torque,
         )  # fmt: skip
         if failed >= 0:
             self.model.geometry(skeleton.q, skeleton.v)  # raises if it was that
             raise WindowError(
-                f"muscle '{self.model.muscles.names[failed]}': no step of {self.step:g} s from "
-                f"activation {self.a[failed]:.4g}, tendon length {self.l_t[failed]:.5g} m"
+                f"muscle '{self.model.muscles.names[failed]}': no step of {state.step:g} s from "
+                f"activation {state.a[failed]:.4g}, tendon length {state.l_t[failed]:.5g} m"
             )
         torque = self._torque
-        if self._reserve_now.size:
-            torque = torque + self.model.columns(skeleton.tree_q) @ self._reserve_now
+        if state.reserve_now.size:
+            torque = torque + self.model.columns(skeleton.tree_q) @ state.reserve_now
         return skeleton.reduced(torque) if self.dependent else torque
 
     def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
@@ -149,12 +178,13 @@ class UnifiedPlugin(Plugin):
         return wanted
 
     def accept(self, t_0: float, t_1: float) -> tuple[np.ndarray, Window | None]:
-        self.a, self.l_t, length, speed = self._trial[:4].copy()
-        self.geometry = Geometry(length, speed, self.skeleton.reduced(self._arms).copy())
-        self.reserve = self._reserve_now
+        state = self.state
+        state.a, state.l_t, length, speed = self._trial[:4].copy()
+        state.geometry = Geometry(length, speed, self.skeleton.reduced(self._arms).copy())
+        state.reserve = state.reserve_now
         # A window is what was held over accepted steps, wherever they end.
         u = self._start[2]
-        if not self._begins and np.array_equal(u, self._recorded.excitation):
-            return self.reserve, None
-        self._recorded, self._begins = self._recorded._replace(excitation=u.copy()), False
-        return self.reserve, self._recorded
+        if not state.begins and np.array_equal(u, state.recorded.excitation):
+            return state.reserve, None
+        state.recorded, state.begins = state.recorded._replace(excitation=u.copy()), False
+        return state.reserve, state.recorded

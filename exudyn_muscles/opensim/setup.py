@@ -9,9 +9,9 @@ from pathlib import Path
 
 from ..checks import number_within
 from ..errors import MotionError, ParameterError, SpanWarning, warn
-from ..methods.cmc import CMC, Prediction
-from ..methods.control import TrackingSettings
-from ..methods.cosimulation import Cosimulation, Scheme
+from ..methods.cmc import CMCSettings, Prediction
+from ..methods.cosimulation_settings import CosimulationSettings, Scheme
+from ..methods.tracking import TrackingSettings
 from ..model import MusculoskeletalModel
 from ..motion import LowPass, Motion
 from ..muscle.window import Integrator
@@ -56,7 +56,7 @@ class CMCSetup:
         With reserves, residuals and external loads.
     motion : Motion
         The desired kinematics over the set-up's span.
-    settings : CMC
+    settings : CMCSettings
         Of `computed_muscle_control`.
     results_directory : Path
     """
@@ -64,13 +64,13 @@ class CMCSetup:
     name: str
     model: MusculoskeletalModel
     motion: Motion
-    settings: CMC
+    settings: CMCSettings
     results_directory: Path
 
-    def cosimulation(self, scheme: Scheme = Scheme.FULL) -> Cosimulation:
+    def cosimulation(self, scheme: Scheme = Scheme.FULL) -> CosimulationSettings:
         """The same settings for `cosimulate`, with the window as the step."""
         common = {item.name: getattr(self.settings, item.name) for item in fields(TrackingSettings)}
-        return Cosimulation(scheme=scheme, step=self.settings.window, **common)
+        return CosimulationSettings(scheme=scheme, step=self.settings.window, **common)
 
 
 def load_setup(
@@ -136,7 +136,7 @@ def load_setup(
     window = tool.number("cmc_time_window", 0.01)
     fast = tool.flag("use_fast_optimization_target", True)
     try:
-        settings = CMC(
+        settings = CMCSettings(
             window=window,
             step=window / STEPS,
             prediction=Prediction.DESIRED,

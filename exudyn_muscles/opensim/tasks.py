@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from ..methods.control import TrackingSettings
+from ..methods.tracking import TrackingSettings
 from .document import Element, read_document
 
 # About points and bodies, or about the weight that OpenSim's slow target gives to effort.

@@ -25,26 +25,18 @@ from typing import Any
 import exudyn as exu
 import numpy as np
 
-from ..errors import (
-    IncompleteRunWarning,
-    ModelError,
-    MotionError,
-    ParameterError,
-    SimulationError,
-    StartWarning,
-    UnmetTorqueWarning,
-    warn,
-)
+from ..errors import ModelError, SimulationError
 from ..model import MusculoskeletalModel
 from ..motion import Motion
-from ..path.geometry import Geometry
 from ..results.trajectory import Counts, Recorder, Row, Status, Trajectory, Window
 from ..skeleton.external_forces import check_external_forces
 from ..skeleton.hold import Hold, hold
 from ..skeleton.skeleton import Skeleton, original, raise_as_itself
-
-# Tracking error at the start [rad or m] above which a user is told.
-FAR_AWAY = 0.02
+from .ending import place, warn_of_early_end, warn_of_unmet_torque
+from .hooks import Hooks
+from .solver import put_back_solver, request_jacobian, running_solver
+from .start import check_accelerations, check_times, warn_of_distance
+from .state import RunState
 
 Progress = Callable[[float], None]
 
@@ -76,11 +68,9 @@ class Plugin(ABC):
 
     method: str
     feeds_back = True  # the torque depends on the iterate, so that Newton's matrix has to know it
-    a: np.ndarray
-    l_t: np.ndarray
-    geometry: Geometry
     settings: object
     motion: Motion | None
+    state: RunState
 
     def __init__(
         self,
@@ -98,13 +88,25 @@ class Plugin(ABC):
         self.settings = settings
         self.motion = motion
         self._progress = progress
-        self._reset()
+        self.state = self.new_state()
 
     # What a method supplies.
 
     @abstractmethod
+    def new_state(self) -> RunState:
+        """State of a run that has not begun."""
+
+    def _common(self) -> dict[str, Any]:
+        """What every run's state begins with."""
+        counts = Counts()
+        record = Recorder(self.method, self.model, self.settings, counts, self.motion)
+        return {
+            "counts": counts, "record": record, "end": self.end_time, "t_0": self.start_time
+        }  # fmt: skip
+
+    @abstractmethod
     def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Set `a`, `l_t` (m,) and `geometry` at the start; return the muscles' torque (n,).
+        """Set the state's `a`, `l_t` (m,) and `geometry` at the start; return the torque (n,).
 
         They are the committed state from then on; only `accept` replaces them.
         """
@@ -169,43 +171,55 @@ class Plugin(ABC):
     @contextmanager
     def attached_to(self, held: Hold) -> Iterator[Plugin]:
         """`attached` for who already holds the `mbs`."""
-        begun = time.process_time()
-        self.skeleton.open(held)
-        self._hooks = _Hooks(self.model.mbs)
-        self._reset()
-        self.record.begun = begun
+        begun, mbs, skeleton = time.process_time(), self.model.mbs, self.skeleton
+        skeleton.open(held)
+        hooks = Hooks(mbs)
+        self.state = state = self.new_state()
+        record = state.record
+        record.begun = begun
         try:
             # What another run has left there must not be taken for this run's solver.
-            last_solver = self.model.mbs.sys.get("dynamicSolver")
-            held.keep(partial(_put_back_solver, self.model.mbs, last_solver))
-            self.model.mbs.sys.pop("dynamicSolver", None)
-            self.skeleton.begin(self.begin(*self.skeleton.initial_state()))
-            self._triplets = _triplets(self.skeleton)
-            held.keep(self._hooks.restore)
-            self._hooks.install(self)
+            held.keep(partial(put_back_solver, mbs, mbs.sys.get("dynamicSolver")))
+            mbs.sys.pop("dynamicSolver", None)
+            skeleton.begin(self.begin(*skeleton.initial_state()))
+            held.keep(hooks.restore)
+            hooks.install(self._own_hooks(hooks))
             yield self
-            self._hooks.check()
-            self._check_finished()
+            hooks.check()
+            if state.started and record.status is not Status.COMPLETE:
+                warn_of_early_end(record, running_solver(mbs))
         except BaseException as error:
             raised = original(error)
+            where = place(skeleton, self.start_time if record.reached is None else record.reached)
             if isinstance(raised, exu.ExudynError):
-                raised = SimulationError(f"Exudyn gave up {self._where()}: {raised}")
-                self.record.fail(raised, self._where())
+                raised = SimulationError(f"Exudyn gave up {where}: {raised}")
+                record.fail(raised, where)
                 raise raised from error
-            if self._started:
-                raised.add_note(f"raised in the simulation {self._where()}")
-            self.record.fail(raised, self._where())
+            if state.started:
+                raised.add_note(f"raised in the simulation {where}")
+            record.fail(raised, where)
             raise_as_itself(raised, error)
         finally:
-            self.record.stop()
-        warn_of_unmet_torque(self.record)
+            record.stop()
+        warn_of_unmet_torque(record)
+
+    def _own_hooks(self, hooks: Hooks) -> dict[str, Callable]:
+        own: dict[str, Callable] = {
+            "PreStep": partial(self._pre_step, hooks),
+            "PreNewtonResidual": partial(self._pre_newton, hooks),
+            "PostStep": partial(self._post_step, hooks),
+        }
+        if self.feeds_back or self.dependent:
+            own["SystemJacobian"] = partial(self._system_jacobian, _triplets(self.skeleton))
+        return own
 
     @property
     def tendon_forces(self) -> np.ndarray:
         """Tendon forces (m,) [N] after the last accepted step; zero before the run."""
-        if self.record.reached is None:
+        state = self.state
+        if state.record.reached is None:
             return np.zeros(len(self.model.muscles))
-        return self.model.tendon_forces(self.geometry, self.a, self.l_t)
+        return self.model.tendon_forces(state.geometry, state.a, state.l_t)
 
     def result(self) -> Trajectory:
         """What was accepted so far.
@@ -215,182 +229,109 @@ class Plugin(ABC):
         SimulationError
             Nothing was simulated yet.
         """
-        if self.record.reached is None:
+        record = self.state.record
+        if record.reached is None:
             raise SimulationError("there is no result yet: run mbs.SolveDynamic within attached()")
-        return self.record.trajectory()
-
-    def _reset(self) -> None:
-        self._open = False  # a step is being tried
-        self._started = False
-        self._t_0 = self.start_time  # start of the step
-        self._calls = 0  # of pre_newton in this step
-        self.step = 0.0  # length of the step being tried [s]
-        self.run_end = self.end_time
-        self.counts = Counts()
-        self.record = Recorder(self.method, self.model, self.settings, self.counts, self.motion)
+        return record.trajectory()
 
     # The hooks.
 
-    def pre_step(self, mbs: exu.MainSystem, t: float) -> bool:
+    def _pre_step(self, hooks: Hooks, mbs: exu.MainSystem, t: float) -> bool:
         """Open a step; a step still open was rejected."""
-        t_0 = mbs.systemData.GetTime(exu.ConfigurationType.StartOfStep)
-        if not self._started or (self._open and t_0 != self._t_0):
-            self._hooks.check()  # PostStep was not called
-        self.counts.rejected_steps += self._open
-        self._open, self._t_0, self._last_iteration, self._calls = True, t_0, -1, 0
-        before, self.step = self.step, t - t_0
-        if abs(self.step - before) > 1e-6 * self.step:
+        state, t_0 = self.state, mbs.systemData.GetTime(exu.ConfigurationType.StartOfStep)
+        if not state.started or (state.open and t_0 != state.t_0):
+            hooks.check()  # PostStep was not called
+        state.counts.rejected_steps += state.open
+        state.open, state.t_0, state.iteration, state.calls = True, t_0, -1, 0
+        before, state.step = state.step, t - t_0
+        if abs(state.step - before) > 1e-6 * state.step:
             # Modified Newton would go on with the matrix of the other step size; with ten
             # iterations a step instead of one, Exudyn never enlarges a reduced step again.
-            self.request_jacobian()
+            request_jacobian(mbs)
         self.open_step(t_0, t)
         return True
 
-    def request_jacobian(self) -> None:
-        """Have Exudyn's modified Newton build a new matrix in this step."""
-        self._solver().conv.jacobianUpdateRequested = True
-
-    def pre_newton(self, mbs: exu.MainSystem, t: float, iteration: int, _: int) -> None:
+    def _pre_newton(
+        self, hooks: Hooks, mbs: exu.MainSystem, t: float, iteration: int, _: int
+    ) -> None:
         """Set the torque that belongs to the iterate."""
-        if not self._open:
-            self._hooks.check()
+        state = self.state
+        if not state.open:
+            hooks.check()
         # A restart of modified Newton repeats the iteration's number with the predictor's state.
-        first = iteration == 0 or iteration == self._last_iteration
-        self._last_iteration = iteration
-        self._calls += 1
-        self.counts.newton_iterations += not first
+        first = iteration == 0 or iteration == state.iteration
+        state.iteration = iteration
+        state.calls += 1
+        state.counts.newton_iterations += not first
         if self.dependent:
             self.skeleton.follow()
         torque = self.torque(t, first)
         if torque is not None:
-            self.apply(torque, t)
+            if not math.isfinite(torque @ torque):
+                raise SimulationError(f"torque {torque} at t = {t:g} s is not finite")
+            self.skeleton.apply(torque)
         elif self.dependent:
             self.skeleton.hold()
 
-    def apply(self, torque: np.ndarray, t: float) -> None:
-        """Hand the torque to Exudyn, if it is one."""
-        if not math.isfinite(torque @ torque):
-            raise SimulationError(f"torque {torque} at t = {t:g} s is not finite")
-        self.skeleton.apply(torque)
-
-    def system_jacobian(
-        self, mbs: exu.MainSystem, t: float, dq: float, dv: float, _: float
+    def _system_jacobian(
+        self, triplets: np.ndarray, mbs: exu.MainSystem, t: float, dq: float, dv: float, _: float
     ) -> exu.MatrixContainer:
         """What has to be added to Exudyn's own Newton matrix."""
-        solver, skeleton = self._solver(), self.skeleton
+        solver, skeleton = running_solver(mbs), self.skeleton
         exact = np.asarray(solver.GetSystemJacobian())[skeleton.rows]
         mass = (1.0 - solver.alphaM) / (1.0 - solver.alphaF)
         wanted = skeleton.reduced_rows(exact)
         if self.feeds_back:
             wanted = self.jacobian(wanted, mass, dq, dv)
-        self._triplets[:, 2] = (skeleton.all_rows(wanted) - exact).ravel()
+        triplets[:, 2] = (skeleton.all_rows(wanted) - exact).ravel()
         container = exu.MatrixContainer()
-        container.SetWithSparseMatrix(self._triplets, exact.shape[1], exact.shape[1])
+        container.SetWithSparseMatrix(triplets, exact.shape[1], exact.shape[1])
         return container
 
-    def post_step(self, mbs: exu.MainSystem, t: float) -> bool:
+    def _post_step(self, hooks: Hooks, mbs: exu.MainSystem, t: float) -> bool:
         """Commit the accepted step, or check that the run starts as the plugin was told."""
-        if not self._open:
-            self._hooks.check()
+        state = self.state
+        if not state.open:
+            hooks.check()
             self._check_start(mbs, t)
-            self._add(t, self.record.start[1], None)
+            self._add(t, state.record.start[1], None)
             return True
-        if self._calls == 0:
-            self._hooks.check()
+        if state.calls == 0:
+            hooks.check()
             raise ModelError(
                 "this solver never asked for the muscles' torque: explicit solvers cannot be used"
             )
-        self._open = False
-        self._add(t, *self.accept(self._t_0, t))
-        self.counts.steps += 1
-        end = self._solver().it.endTime
+        state.open = False
+        self._add(t, *self.accept(state.t_0, t))
+        state.counts.steps += 1
+        end = running_solver(mbs).it.endTime
         if t >= end - 1e-9 * max(1.0, abs(end)):
-            self.record.status = Status.COMPLETE
+            state.record.status = Status.COMPLETE
         if self._progress is not None:
             self._progress(t)
         return True
 
     def _add(self, t: float, reserve: np.ndarray, window: Window | None) -> None:
-        state = self.skeleton.q, self.skeleton.v, self.skeleton.acceleration
-        point = *(x.copy() for x in state), self.a, self.l_t, self.skeleton.applied
-        self.record.add(Row(t, point, reserve, window))
+        state, skeleton = self.state, self.skeleton
+        current = skeleton.q, skeleton.v, skeleton.acceleration
+        point = *(x.copy() for x in current), state.a, state.l_t, skeleton.applied
+        state.record.add(Row(t, point, reserve, window))
 
     def _check_start(self, mbs: exu.MainSystem, t: float) -> None:
-        if self._started:
+        state = self.state
+        if state.started:
             raise ModelError(
                 "a second run began within one attached(): attach the plugin anew for every run"
             )
-        self._started = True
-        iteration = self._solver().it
-        if abs(t - self.start_time) > 1e-9:
-            raise ParameterError(
-                f"timeIntegration.startTime = {t:g} s, but the plugin's muscles start at "
-                f"{self.start_time:g} s; give the plugin the start of the run with start="
-            )
-        if iteration.endTime > self.end_time + 1e-9:
-            raise MotionError(
-                f"timeIntegration.endTime = {iteration.endTime:g} s is beyond the end at "
-                f"{self.end_time:g} s"
-            )
+        state.started = True
+        iteration = running_solver(mbs).it
+        check_times(t, iteration.endTime, self.start_time, self.end_time)
         check_external_forces(mbs, iteration.startTime, iteration.endTime)
-        self.run_end = iteration.endTime
+        state.end = iteration.endTime
         if self.motion is not None:
-            away = self.motion(t)[0] - self.skeleton.q
-            if np.abs(away).max() > FAR_AWAY:
-                warn(
-                    f"the run starts away from the motion, with tracking errors {away} at t = {t:g}"
-                    " s; set the initial coordinates of the mbs",
-                    StartWarning,
-                )
+            warn_of_distance(self.motion, t, self.skeleton.q)
         self.ready((iteration.endTime - iteration.startTime) / iteration.numberOfSteps)
-        algorithm = mbs.sys["simulationSettings"].timeIntegration.generalizedAlpha
-        if not (self.skeleton.settle() or algorithm.useNewmark):
-            raise ParameterError(
-                "generalized alpha starts from initial accelerations of its own, which cannot be "
-                "right here: the tree's mass matrix is singular without its followers' reactions, "
-                "or generalizedAlpha.computeInitialAccelerations = False; use TrapezoidalIndex2"
-            )
-        # Exudyn's own q'' at the start, which the trapezoidal rule never forgets.
-        M, bias = self.skeleton.dynamics()
-        torque = self.skeleton.applied
-        a = self.skeleton.acceleration
-        lack = np.abs(M @ a + bias - torque).max()
-        if lack > 1e-6 * (np.abs(torque).max() + np.abs(bias).max()) + 1e-9:
-            raise ParameterError(
-                "the initial accelerations do not balance the initial torques; use an implicit "
-                "solver with timeIntegration.generalizedAlpha.computeInitialAccelerations = True"
-            )
-
-    def _solver(self) -> exu.MainSolverImplicitSecondOrder:
-        try:
-            return self.model.mbs.sys["dynamicSolver"]
-        except KeyError as error:
-            raise ModelError(
-                "the plugin works with mbs.SolveDynamic and its default storeSolver=True"
-            ) from error
-
-    def _check_finished(self) -> None:
-        """Exudyn also returns True when it was stopped early."""
-        record = self.record
-        if not self._started or record.status is Status.COMPLETE:
-            return
-        solver = self._solver()
-        why = "a user function" if solver.output.simulationStoppedByUserFunction else "the user"
-        if solver.output.simulationTimeout:
-            why = "exudyn.special.solver.timeout"
-        record.message = (
-            f"stopped by {why} at t = {record.reached:g} s before {solver.it.endTime:g} s"
-        )
-        warn(record.message, IncompleteRunWarning)
-
-    def _where(self) -> str:
-        data = self.model.mbs.systemData
-        reached = self.start_time if self.record.reached is None else self.record.reached
-        return (
-            f"at t = {data.GetTime():.6g} s (accepted up to {reached:.6g} s), "
-            f"q = {np.array2string(self.skeleton.q, precision=5)}, "
-            f"q' = {np.array2string(self.skeleton.v, precision=5)}"
-        )
+        check_accelerations(mbs, self.skeleton)
 
 
 def _triplets(skeleton: Skeleton) -> np.ndarray:
@@ -399,85 +340,3 @@ def _triplets(skeleton: Skeleton) -> np.ndarray:
     columns = np.arange(data.ODE2Size() + data.ODE1Size() + data.AEsize())
     i, j = np.meshgrid(np.arange(skeleton.rows.start, skeleton.rows.stop), columns, indexing="ij")
     return np.column_stack([i.ravel(), j.ravel(), np.zeros(i.size)])
-
-
-def warn_of_unmet_torque(record: Recorder) -> None:
-    """One UnmetTorqueWarning for a whole run, if there is anything to say."""
-    if record.fell_short:
-        text = record.trajectory().unmet_torque_report()
-        warn(f"unmet torque: {text}", UnmetTorqueWarning)
-
-
-class _Hooks:
-    """The user functions that the `mbs` had, and the plugin's in front of the solver."""
-
-    NAMES = ("PreStep", "PreNewtonResidual", "SystemJacobian", "PostStep")
-
-    def __init__(self, mbs: exu.MainSystem) -> None:
-        self._mbs = mbs
-        self._before = {name: self._now(name) for name in self.NAMES}
-        self._installed: dict[str, Callable] = {}
-        if self._before["SystemJacobian"]:
-            raise ModelError(
-                "the mbs has a SystemJacobian user function; the plugin needs this one for itself"
-            )
-
-    def install(self, plugin: Plugin) -> None:
-        own: dict[str, Callable] = {
-            "PreStep": plugin.pre_step,
-            "PreNewtonResidual": plugin.pre_newton,
-            "PostStep": plugin.post_step,
-        }
-        if plugin.feeds_back or plugin.dependent:
-            own["SystemJacobian"] = plugin.system_jacobian
-        for name, function in own.items():
-            self._installed[name] = _chained(name, self._before[name], function)
-            getattr(self._mbs, f"Set{name}UserFunction")(self._installed[name])
-
-    def check(self) -> None:
-        """Raise ModelError if any of them is no longer there."""
-        lost = [name for name, own in self._installed.items() if self._now(name) != own]
-        if lost:
-            raise ModelError(
-                f"the mbs got another {' and another '.join(lost)} user function within "
-                "attached(), without which there are no muscles; set your own ones before: they "
-                "are called first"
-            )
-
-    def restore(self) -> None:
-        for name, function in self._before.items():
-            getattr(self._mbs, f"Set{name}UserFunction")(function)
-
-    def _now(self, name: str) -> Any:
-        stored = getattr(self._mbs, f"Get{name}UserFunction")()
-        return stored["function"] if isinstance(stored, dict) else stored
-
-
-def _put_back_solver(mbs: exu.MainSystem, solver: Any) -> None:
-    """Where no run has left another one."""
-    if solver is not None:
-        mbs.sys.setdefault("dynamicSolver", solver)
-
-
-def _chained(name: str, before: Any, own: Callable) -> Callable:
-    """The user's own function first, then the plugin's."""
-    if not before:
-        return own
-    if name == "PreNewtonResidual":
-
-        def both(*arguments: Any) -> None:
-            before(*arguments)
-            own(*arguments)
-
-        return both
-
-    def checked(*arguments: Any) -> bool:
-        proceed = before(*arguments)
-        if proceed is None:
-            raise ModelError(
-                f"the {name} user function of the mbs returned None, on which Exudyn would stop "
-                "without a word; return True to go on or False to stop"
-            )
-        return own(*arguments) and bool(proceed)
-
-    return checked

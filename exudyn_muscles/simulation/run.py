@@ -38,15 +38,17 @@ def simulate(
     initial: tuple[np.ndarray, np.ndarray] | None,
     *,
     modified_newton: bool,
+    end: float = math.inf,
 ) -> Trajectory:
-    """Run the plugin over its whole span in fixed steps from `initial` q, q', or the mbs's own.
+    """Run the plugin over its span, to `end` at most, in fixed steps from `initial` q, q', or the
+    mbs's own.
 
     Modified Newton pays where the Newton matrix costs more than the torque.
     The initial state of the user's `mbs` is as before afterwards.
     """
     skeleton = plugin.skeleton
     skeleton.check_assembled()
-    steps = number_of_steps(plugin.start_time, plugin.end_time, step)
+    steps = number_of_steps(plugin.start_time, min(plugin.end_time, end), step)
     settings = exu.SimulationSettings()
     integration = settings.timeIntegration
     integration.startTime = plugin.start_time

@@ -11,10 +11,14 @@ from models import leg, pendulum, planar_arm
 KP = 534.0
 METHODS = {
     "static": em.static_optimization,
-    "cmc": lambda model, motion: em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP)),
-    "csf": lambda model, motion: em.cosimulate(model, motion, settings=em.Cosimulation(kp=KP)),
+    "cmc": lambda model, motion: em.computed_muscle_control(
+        model, motion, settings=em.CMCSettings(kp=KP)
+    ),
+    "csf": lambda model, motion: em.cosimulate(
+        model, motion, settings=em.CosimulationSettings(kp=KP)
+    ),
     "css": lambda model, motion: em.cosimulate(
-        model, motion, settings=em.Cosimulation(kp=KP, scheme=em.Scheme.SIMPLIFIED)
+        model, motion, settings=em.CosimulationSettings(kp=KP, scheme=em.Scheme.SIMPLIFIED)
     ),
 }
 

@@ -18,7 +18,7 @@ METHODS = {
     "static": em.static_optimization,
     "cmc": em.computed_muscle_control,
     "csf": em.cosimulate,
-    "css": lambda *x: em.cosimulate(*x, settings=em.Cosimulation(scheme=em.Scheme("css"))),
+    "css": lambda *x: em.cosimulate(*x, settings=em.CosimulationSettings(scheme=em.Scheme("css"))),
     "forward": lambda model, motion: em.forward_dynamics(model, excitations(model)),
 }
 

@@ -87,13 +87,13 @@ def methods(rng, tolerance):
     """Name -> function of a model and a motion."""
     kp = 10.0 ** rng.uniform(1.0, 3.0)
     given = {"integrator": rng.choice(list(em.Integrator)), "window_tolerance": tolerance}
-    cmc = em.CMC(kp=kp, prediction=rng.choice(list(em.Prediction)), **given)
+    cmc = em.CMCSettings(kp=kp, prediction=rng.choice(list(em.Prediction)), **given)
     runs = {
-        "static": lambda *x: em.static_optimization(*x, settings=em.Static(**given)),
+        "static": lambda *x: em.static_optimization(*x, settings=em.StaticSettings(**given)),
         "cmc": lambda *x: em.computed_muscle_control(*x, settings=cmc),
     }
     for scheme in em.Scheme:
-        csf = em.Cosimulation(kp=kp, scheme=scheme, **given)
+        csf = em.CosimulationSettings(kp=kp, scheme=scheme, **given)
         runs[scheme.value] = lambda *x, csf=csf: em.cosimulate(*x, settings=csf)
     return runs
 

@@ -18,12 +18,12 @@ def model():
 
 @pytest.fixture(scope="module")
 def cmc(model):
-    return em.computed_muscle_control(model, pendulum.motion(), settings=em.CMC(kp=KP))
+    return em.computed_muscle_control(model, pendulum.motion(), settings=em.CMCSettings(kp=KP))
 
 
 @pytest.fixture(scope="module")
 def csf(model):
-    return em.cosimulate(model, pendulum.motion(), settings=em.Cosimulation(kp=KP))
+    return em.cosimulate(model, pendulum.motion(), settings=em.CosimulationSettings(kp=KP))
 
 
 def test_cmc_tracks_better_than_csf(cmc, csf):
@@ -48,7 +48,7 @@ def test_replay_without_reserves_differs_and_with_them_agrees():
         coordinates=["shoulder", "elbow"],
         reserves=[em.Reserve("elbow", optimal_force=20.0)],
     )
-    cmc = em.computed_muscle_control(model, planar_arm.motion(), settings=em.CMC(kp=KP))
+    cmc = em.computed_muscle_control(model, planar_arm.motion(), settings=em.CMCSettings(kp=KP))
     assert np.abs(cmc.reserves).max() > 0.5
     replay = em.forward_dynamics(model, cmc.excitations)
     assert np.abs(replay.coordinates - cmc.coordinates).max() < 1e-10
@@ -68,7 +68,7 @@ def test_excitations_of_the_methods_are_very_close(model, cmc, csf):
 
 def test_finer_steps_within_the_windows_change_little(model, cmc):
     fine = em.computed_muscle_control(
-        model, pendulum.motion(), settings=em.CMC(kp=KP, step=0.00025)
+        model, pendulum.motion(), settings=em.CMCSettings(kp=KP, step=0.00025)
     )
     assert rms_deg(fine)[0] == pytest.approx(rms_deg(cmc)[0], rel=0.01)
     assert rms_deg(fine)[0] > 0.0
@@ -76,7 +76,7 @@ def test_finer_steps_within_the_windows_change_little(model, cmc):
 
 def test_the_planar_arm():
     cmc = em.computed_muscle_control(
-        planar_arm.build(), planar_arm.motion(), settings=em.CMC(kp=KP)
+        planar_arm.build(), planar_arm.motion(), settings=em.CMCSettings(kp=KP)
     )
     assert (rms_deg(cmc) < 0.004).all()
     assert cmc.max_unmet_torque == 0.0
@@ -84,7 +84,9 @@ def test_the_planar_arm():
 
 def test_the_motion_ends_with_its_last_whole_window(model):
     result = em.computed_muscle_control(
-        model, em.Motion.from_waypoints([0.0, 0.037], [np.pi, np.pi]), settings=em.CMC(kp=KP)
+        model,
+        em.Motion.from_waypoints([0.0, 0.037], [np.pi, np.pi]),
+        settings=em.CMCSettings(kp=KP),
     )
     assert result.time[-1] == pytest.approx(0.03)
     assert result.status is em.Status.COMPLETE
@@ -93,17 +95,17 @@ def test_the_motion_ends_with_its_last_whole_window(model):
 @pytest.mark.parametrize("step", [0.003, 0.004, 0.02])
 def test_steps_that_do_not_divide_the_window_are_refused(step):
     with pytest.raises(em.ParameterError, match="must be a whole number of steps"):
-        em.CMC(step=step)
+        em.CMCSettings(step=step)
 
 
 def test_in_a_users_run_windows_follow_the_steps_and_can_be_replayed(model):
     motion = pendulum.motion()
     start_at(model, motion)
-    plugin = em.CMCPlugin(model, motion, em.CMC(kp=KP))
+    plugin = em.CMCPlugin(model, motion, em.CMCSettings(kp=KP))
     result = plugin_run(model, plugin, settings(0.003, 0.3))
     assert np.allclose(np.diff(result.window_time)[:-1], 0.012)
     assert result.window_time[-1] == result.time[-1]
-    replay = em.forward_dynamics(model, result.excitations, settings=em.Forward(step=0.003))
+    replay = em.forward_dynamics(model, result.excitations, settings=em.ForwardSettings(step=0.003))
     assert np.abs(replay.coordinates - result.coordinates).max() < 1e-8
 
 
@@ -116,7 +118,7 @@ def test_controls_of_ones_own_are_recorded_as_they_were_used(model):
 
     motion = pendulum.motion()
     start_at(model, motion)
-    result = plugin_run(model, Eager(model, motion, em.CMC(kp=KP)), settings(0.001, 0.2))
+    result = plugin_run(model, Eager(model, motion, em.CMCSettings(kp=KP)), settings(0.001, 0.2))
     np.testing.assert_allclose(np.diff(result.window_time), 0.005, atol=1e-12)
     u = result.excitation_values
     np.testing.assert_array_equal(u[1::2], 1.1 * u[::2])
@@ -136,7 +138,7 @@ def test_reserves_replay_with_steps_that_straddle_the_windows(step):
     )
     start_at(model, motion)
     s = settings(step, 60 * 0.012)
-    cmc = plugin_run(model, em.CMCPlugin(model, motion, em.CMC(kp=KP)), s)
+    cmc = plugin_run(model, em.CMCPlugin(model, motion, em.CMCSettings(kp=KP)), s)
     assert np.abs(cmc.reserves).max() > 0.5
     for _ in range(2):  # a replay can be replayed
         again = plugin_run(model, em.ForwardPlugin(model, cmc.excitations), s)
@@ -153,14 +155,16 @@ def test_a_new_matrix_in_every_step_where_it_saves_iterations():
 @pytest.mark.parametrize("name", ["window", "step"])
 def test_bad_settings_are_named(name):
     with pytest.raises(em.ParameterError, match=f"{name} = -1"):
-        em.CMC(**{name: -1})
+        em.CMCSettings(**{name: -1})
 
 
 def test_a_start_in_the_middle_of_a_motion_is_no_worse_than_going_on():
     """The muscles start in motion, so that the first windows are like any other."""
     model, motion = planar_arm.build(), planar_arm.motion()
-    whole = em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP))
-    part = em.computed_muscle_control(model, motion.between(0.4, 1.0), settings=em.CMC(kp=KP))
+    whole = em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=KP))
+    part = em.computed_muscle_control(
+        model, motion.between(0.4, 1.0), settings=em.CMCSettings(kp=KP)
+    )
     again = em.forward_dynamics(model, part.excitations)
     np.testing.assert_allclose(again.coordinates, part.coordinates, rtol=0, atol=1e-10)
     errors = np.abs(part.tracking_errors()).max(axis=0)
@@ -171,7 +175,7 @@ def test_desired_prediction_tracks_better_than_the_shifted_one():
     model, motion = planar_arm.build(), planar_arm.motion()
     rms = {
         prediction: em.computed_muscle_control(
-            model, motion, settings=em.CMC(kp=100.0, prediction=prediction)
+            model, motion, settings=em.CMCSettings(kp=100.0, prediction=prediction)
         ).tracking_error_rms()
         for prediction in em.Prediction
     }
@@ -182,28 +186,28 @@ def test_desired_prediction_tracks_better_than_the_shifted_one():
 def test_gains_of_every_coordinate():
     """One number for all is the same to the bit; a softer elbow errs more, the shoulder alike."""
     model, motion = planar_arm.build(), planar_arm.motion()
-    one = em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP))
-    same = em.computed_muscle_control(model, motion, settings=em.CMC(kp=[KP, KP]))
+    one = em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=KP))
+    same = em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=[KP, KP]))
     np.testing.assert_array_equal(one.coordinates, same.coordinates)
-    soft = em.computed_muscle_control(model, motion, settings=em.CMC(kp=[KP, 20.0]))
+    soft = em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=[KP, 20.0]))
     ratio = soft.tracking_error_rms() / one.tracking_error_rms()
     assert ratio[1] > 2.0 > 1.3 > ratio[0]
     assert soft.settings["kp"] == [KP, 20.0]
     with pytest.raises(em.ParameterError, match="kp has 3 values for the 2 coordinates shoulder"):
-        em.computed_muscle_control(model, motion, settings=em.CMC(kp=[1.0, 2.0, 3.0]))
+        em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=[1.0, 2.0, 3.0]))
     with pytest.raises(em.ParameterError, match=r"kv\[1\] = -1"):
-        em.CMC(kv=[1.0, -1.0])
-    assert em.CMC(kp=np.array([1.0, 2.0])) == em.CMC(kp=[1, 2])
-    assert em.CMC(kp=np.array(3.0)).kp == 3.0
+        em.CMCSettings(kv=[1.0, -1.0])
+    assert em.CMCSettings(kp=np.array([1.0, 2.0])) == em.CMCSettings(kp=[1, 2])
+    assert em.CMCSettings(kp=np.array(3.0)).kp == 3.0
     for name in ("weights", "control_limits"):
         for given in ([1, 2], None):
             with pytest.raises(em.ParameterError, match=f"{name} = .* is no mapping of names"):
-                em.CMC(**{name: given})
+                em.CMCSettings(**{name: given})
 
 
 def test_control_limits_hold_over_time():
     model, motion = planar_arm.build(), planar_arm.motion()
-    usual = em.CMC(kp=KP, normalizer=em.MaximumIsometricForce())
+    usual = em.CMCSettings(kp=KP, normalizer=em.MaximumIsometricForce())
     free = em.computed_muscle_control(model, motion, settings=usual).excitation_values
     order = free.max(axis=0).argsort()
     rested, strongest = order[0], order[-1]
@@ -225,7 +229,9 @@ def test_control_limits_hold_over_time():
 def test_limits_are_stored_with_the_result():
     model, motion = planar_arm.build(), planar_arm.motion()
     limits = {"elbow_flexor": em.ControlLimits(([0.0, 1.0], [0.05, 0.1]), 1.0)}
-    result = em.static_optimization(model, motion, settings=em.Static(control_limits=limits))
+    result = em.static_optimization(
+        model, motion, settings=em.StaticSettings(control_limits=limits)
+    )
     assert result.settings["control_limits"]["elbow_flexor"] == {
         "minimum": [[0.0, 1.0], [0.05, 0.1]], "maximum": 1.0, "steps": False,
     }  # fmt: skip
@@ -245,7 +251,7 @@ def test_reserves_keep_their_limits_where_steps_do_not_divide_the_window(step):
     start_at(model, motion)
     with pytest.warns(em.UnmetTorqueWarning):
         cmc = plugin_run(
-            model, em.CMCPlugin(model, motion, em.CMC(kp=KP)), settings(step, 100 * step)
+            model, em.CMCPlugin(model, motion, em.CMCSettings(kp=KP)), settings(step, 100 * step)
         )
     assert np.abs(cmc.reserves).max() == pytest.approx(3.0)
 
@@ -254,7 +260,9 @@ def test_a_window_ends_with_the_run():
     """The last one is as long as what is left, and asks for nothing beyond."""
     model, motion = planar_arm.build(), planar_arm.motion()
     start_at(model, motion)
-    cmc = plugin_run(model, em.CMCPlugin(model, motion, em.CMC(kp=KP)), settings(0.001, 0.096))
+    cmc = plugin_run(
+        model, em.CMCPlugin(model, motion, em.CMCSettings(kp=KP)), settings(0.001, 0.096)
+    )
     assert cmc.window_time[-2:] == pytest.approx([0.09, 0.096])
     q, v, a = motion(0.096)
     M, bias = inverse_dynamics(model, q, v)
@@ -273,7 +281,7 @@ def test_weights_spare_a_muscle():
     model, motion = planar_arm.build(), planar_arm.motion()
     plain = em.static_optimization(model, motion)
     spared = em.static_optimization(
-        model, motion, settings=em.Static(weights={"shoulder_flexor": 25.0})
+        model, motion, settings=em.StaticSettings(weights={"shoulder_flexor": 25.0})
     )
     i = model.muscles.names.index("shoulder_flexor")
     active = plain.force_optimal[:, i] > plain.force_min[:, i] + 5.0
@@ -283,7 +291,7 @@ def test_weights_spare_a_muscle():
     with pytest.raises(
         em.ParameterError, match="weights of 'toe': the muscles are shoulder_flexor"
     ):
-        em.static_optimization(model, motion, settings=em.Static(weights={"toe": 1.0}))
+        em.static_optimization(model, motion, settings=em.StaticSettings(weights={"toe": 1.0}))
 
 
 def test_forces_on_links_act_in_the_run_as_in_the_recruitment():
@@ -296,13 +304,13 @@ def test_forces_on_links_act_in_the_run_as_in_the_recruitment():
     model = em.MusculoskeletalModel(
         arm.mbs, 0, list(arm.muscles), coordinates=["shoulder", "elbow"], reserves=[residual]
     )
-    cmc = em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP))
+    cmc = em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=KP))
     assert np.abs(cmc.reserves).max() > 5.0
     assert cmc.reserve_names == ("hand",)
     assert (rms_deg(cmc) < 0.006).all()
     replay = em.forward_dynamics(model, cmc.excitations)
     np.testing.assert_allclose(replay.coordinates, cmc.coordinates, rtol=0, atol=1e-10)
-    csf = em.cosimulate(model, motion, settings=em.Cosimulation(kp=KP))
+    csf = em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=KP))
     assert (rms_deg(csf) < 0.007).all()
     np.testing.assert_allclose(csf.reserves[::20], cmc.reserves[::20], rtol=0, atol=0.06)
     # J_m F and S f are what the skeleton got.

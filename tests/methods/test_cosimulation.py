@@ -10,7 +10,7 @@ import pytest
 from exudyn.utilities import HomogeneousTransformation, RigidBodyInertia, TreeLink
 
 import exudyn_muscles as em
-from exudyn_muscles.methods.cosimulation import css_growth, css_limit
+from exudyn_muscles.methods.css import css_growth, css_limit
 from models import pendulum, planar_arm
 
 from ..runs import KP, plugin_run, rms_deg
@@ -31,7 +31,7 @@ def motion():
 
 
 def run(model, motion, kp=KP, **options):
-    return em.cosimulate(model, motion, settings=em.Cosimulation(kp=kp, **options))
+    return em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=kp, **options))
 
 
 def test_csf_has_the_error_of_the_papers_table_2(model, motion):
@@ -94,7 +94,7 @@ def test_forces_and_their_bounds_belong_to_one_state(model, motion, scheme):
 def test_disturbances_grow_and_decay_as_the_stability_limit_says(model, predictor, share):
     still = em.Motion.from_waypoints([0.0, 1.5], [np.pi, np.pi])
     kp = share * css_limit(0.01, predictor)
-    settings = em.Cosimulation(kp=kp, scheme=SIMPLIFIED, predictor=predictor)
+    settings = em.CosimulationSettings(kp=kp, scheme=SIMPLIFIED, predictor=predictor)
     model.skeleton.set_initial_state(np.array([np.pi + 1e-6]), np.array([0.0]))
     with warnings.catch_warnings():
         # Grown large, the disturbance also asks for more than there is.
@@ -114,7 +114,7 @@ def test_css_outside_its_limit_warns_with_the_limit(model, motion):
         em.cosimulate(
             model,
             em.Motion.from_waypoints([0.0, 0.02], [np.pi, np.pi]),
-            settings=em.Cosimulation(kp=2500.0, scheme=SIMPLIFIED),
+            settings=em.CosimulationSettings(kp=2500.0, scheme=SIMPLIFIED),
         )
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -193,19 +193,17 @@ def test_a_saturated_newton_matrix_leaves_the_recruitment_alone(model):
     violent = em.Motion.from_waypoints(
         np.array([0, 1 / 3, 2 / 3, 1]) * 0.5, np.radians([180.0, 120.0, 240.0, 180.0])
     )
-    plugin = em.CosimulationPlugin(model, violent, em.Cosimulation(kp=KP))
+    plugin = em.CosimulationPlugin(model, violent, em.CosimulationSettings(kp=KP))
     seen = []
-    saturated = plugin._saturated_jacobian
+    saturated = plugin._scheme._saturated_jacobian
 
-    def watched(*arguments):
-        muscles = plugin._muscles
-        before = muscles._demanded, muscles._recruitment, muscles._bounds
-        found = saturated(*arguments)
-        now = muscles._demanded, muscles._recruitment, muscles._bounds
-        seen.append(all(x is y for x, y in zip(before, now, strict=True)))
+    def watched(state, *arguments):
+        before = state.recruited
+        found = saturated(state, *arguments)
+        seen.append(state.recruited is before)
         return found
 
-    plugin._saturated_jacobian = watched
+    plugin._scheme._saturated_jacobian = watched
     model.skeleton.set_initial_state(*violent(0.0)[:2])
     with pytest.warns(em.UnmetTorqueWarning):
         plugin_run(model, plugin, run_settings(end=0.5))
@@ -233,9 +231,9 @@ def test_a_start_out_of_reach(model, run):
     assert Q_m[0] == pytest.approx(M * motion(0.0)[2][0] + bias, rel=1e-9)
     assert abs(result.start_unmet[0]) > 0.5 * abs(Q_m[0])
     settings = {
-        em.static_optimization: em.Static,
-        em.computed_muscle_control: em.CMC,
-        em.cosimulate: em.Cosimulation,
+        em.static_optimization: em.StaticSettings,
+        em.computed_muscle_control: em.CMCSettings,
+        em.cosimulate: em.CosimulationSettings,
     }[run]
     with pytest.raises(em.UnmetTorqueError, match=r"t = 0 s, short by {'theta'"):
         run(model, motion, settings=settings(raise_on_unmet_torque=True))
@@ -302,7 +300,7 @@ def test_a_reserve_takes_over_where_the_muscles_end():
 )
 def test_bad_settings_are_named(options, message):
     with pytest.raises(em.ParameterError, match=message):
-        em.Cosimulation(**options)
+        em.CosimulationSettings(**options)
 
 
 def test_a_step_longer_than_the_motion(model):
@@ -320,7 +318,7 @@ def test_the_report_names_the_muscles_that_could_do_no_more():
     ]
     model = em.MusculoskeletalModel(arm.mbs, 0, weak, coordinates=["shoulder", "elbow"])
     with pytest.warns(em.UnmetTorqueWarning):
-        result = em.cosimulate(model, planar_arm.motion(), settings=em.Cosimulation(kp=KP))
+        result = em.cosimulate(model, planar_arm.motion(), settings=em.CosimulationSettings(kp=KP))
     shoulder, elbow = result.saturated
     assert shoulder == ("shoulder_flexor", "biarticular_flexor")
     assert elbow == ("elbow_flexor", "biarticular_flexor")
@@ -354,6 +352,6 @@ def test_a_joint_that_no_muscle_crosses_changes_nothing(turn):
     model = em.MusculoskeletalModel(mbs, tree, muscles)
     swing = np.column_stack([np.zeros(4), np.radians([180, 120, 240, 180])])
     motion = em.Motion.from_waypoints([0, 1 / 3, 2 / 3, 1], swing)
-    result = em.cosimulate(model, motion, settings=em.Cosimulation(kp=KP))
+    result = em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=KP))
     assert result.max_unmet_torque == 0.0
     assert rms_deg(result)[1] == pytest.approx(0.0186, abs=1e-4)

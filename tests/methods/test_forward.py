@@ -111,7 +111,7 @@ def test_second_order_in_the_step():
     excitations = em.Excitations([0.0, end], [[0.5, 0.1]], initial=initial_state(model))
 
     def final(step):
-        result = em.forward_dynamics(model, excitations, settings=em.Forward(step=step))
+        result = em.forward_dynamics(model, excitations, settings=em.ForwardSettings(step=step))
         return np.concatenate([result.coordinates[-1], result.tendon_forces[-1] / 3000.0])
 
     steps = np.array([4e-3, 2e-3, 1e-3])
@@ -136,7 +136,7 @@ def test_reserves_run_linearly_within_a_window(step):
     reserves = [em.Reserve("q0", 10.0)]
     model = em.MusculoskeletalModel(built.mbs, 0, built.muscles, reserves=reserves)
     given = em.Excitations([0.0, 0.02, 0.03], [[0.1, 0.2]] * 2, [[1.0], [5.0], [-4.0]])
-    result = em.forward_dynamics(model, given, settings=em.Forward(step=step))
+    result = em.forward_dynamics(model, given, settings=em.ForwardSettings(step=step))
     q, v, F = result.coordinates, result.speeds, result.tendon_forces
     arms = np.array([model.geometry(*state).moment_arms[:, 0] for state in zip(q, v, strict=True)])
     carried = result.torques_delivered[:, 0] - (arms * F).sum(axis=1)

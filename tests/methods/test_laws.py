@@ -45,11 +45,15 @@ def check(result):
 
 @pytest.mark.parametrize("integrator", em.Integrator)
 def test_static_optimization_and_cosimulation(model, motion, integrator):
-    static = em.static_optimization(model, motion, settings=em.Static(integrator=integrator))
+    static = em.static_optimization(
+        model, motion, settings=em.StaticSettings(integrator=integrator)
+    )
     check(static)
     csf, css = (
         em.cosimulate(
-            model, motion, settings=em.Cosimulation(kp=KP, scheme=scheme, integrator=integrator)
+            model,
+            motion,
+            settings=em.CosimulationSettings(kp=KP, scheme=scheme, integrator=integrator),
         )
         for scheme in (em.Scheme.FULL, em.Scheme.SIMPLIFIED)
     )
@@ -62,12 +66,12 @@ def test_static_optimization_and_cosimulation(model, motion, integrator):
 
 
 def test_computed_muscle_control_and_its_replay(model, motion):
-    cmc = em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP))
+    cmc = em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=KP))
     check(cmc)
     # At a rigid tendon the force follows the fibre's speed within the window at once.
     rigid = next(iter(model.muscles)).ignore_tendon_compliance
     assert rms_deg(cmc)[0] < (0.04 if rigid else 0.03)
-    fine = em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP, window=0.005))
+    fine = em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=KP, window=0.005))
     assert rms_deg(fine)[0] < rms_deg(cmc)[0] / 3.5
     replay = em.forward_dynamics(model, cmc.excitations)
     assert replay.status is em.Status.COMPLETE

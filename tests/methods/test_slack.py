@@ -31,11 +31,11 @@ def results(request):
     with warnings.catch_warnings():
         # A tendon that has just become taut has to be stretched first.
         warnings.simplefilter("ignore", em.UnmetTorqueWarning)
-        cmc = em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP))
+        cmc = em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=KP))
         return model, {
             "static": em.static_optimization(model, motion),
             "cmc": cmc,
-            "csf": em.cosimulate(model, motion, settings=em.Cosimulation(kp=KP)),
+            "csf": em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=KP)),
             "forward": em.forward_dynamics(model, cmc.excitations),
         }
 
@@ -69,7 +69,7 @@ def test_files_and_the_plugin_say_so(results):
     start_at(model, motion)
     lowest = []
     plugin = em.CosimulationPlugin(
-        model, motion, em.Cosimulation(kp=KP),
+        model, motion, em.CosimulationSettings(kp=KP),
         progress=lambda t: lowest.append(plugin.tendon_forces.min()),
     )  # fmt: skip
     with warnings.catch_warnings():

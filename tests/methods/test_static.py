@@ -70,7 +70,7 @@ def test_a_failure_in_the_middle_keeps_what_was_found(case):
 
 def test_normalizers_change_the_sharing_not_the_torque():
     model, motion = planar_arm.build(), planar_arm.motion()
-    settings = em.Static(normalizer=em.MaximumIsometricForce())
+    settings = em.StaticSettings(normalizer=em.MaximumIsometricForce())
     paper, isometric = (
         em.static_optimization(model, motion),
         em.static_optimization(model, motion, settings=settings),
@@ -84,7 +84,7 @@ def test_normalizers_change_the_sharing_not_the_torque():
 def test_osqp_gives_the_same_forces():
     model, motion = planar_arm.build(), planar_arm.motion()
     daqp, osqp = (
-        em.static_optimization(model, motion, settings=em.Static(solver=solver))
+        em.static_optimization(model, motion, settings=em.StaticSettings(solver=solver))
         for solver in em.Solver
     )
     np.testing.assert_allclose(daqp.force_optimal, osqp.force_optimal, rtol=0, atol=1e-5)
@@ -107,12 +107,12 @@ def test_a_tendon_too_long_for_the_motion_is_named():
     ):
         em.static_optimization(model, pendulum.motion())
     with pytest.raises(em.ParameterError, match="'long'"):
-        em.cosimulate(model, pendulum.motion(), settings=em.Cosimulation(kp=KP))
+        em.cosimulate(model, pendulum.motion(), settings=em.CosimulationSettings(kp=KP))
 
 
 def test_the_step_is_the_settings_or_the_arguments():
     model, motion = pendulum.build(), pendulum.motion().between(0.0, 0.1)
-    settings = em.Static(step=0.02)
+    settings = em.StaticSettings(step=0.02)
     runs = (
         em.static_optimization(model, motion, settings=settings),
         em.static_optimization(model, motion, settings=settings, step=0.05),
@@ -123,7 +123,7 @@ def test_the_step_is_the_settings_or_the_arguments():
 
 @pytest.mark.parametrize("forces", [np.zeros(2), np.ones(3), np.array([1.0, np.nan])])
 def test_a_normalizer_that_does_not_fit_is_named(forces):
-    settings = em.Static(normalizer=lambda muscles, F_max, geometry: forces)
+    settings = em.StaticSettings(normalizer=lambda muscles, F_max, geometry: forces)
     with pytest.raises(em.ParameterError, match=r"normalizer: .* must return 2 positive forces"):
         em.static_optimization(pendulum.build(), pendulum.motion(), settings=settings)
 
@@ -133,7 +133,7 @@ def test_a_normalizer_that_does_not_fit_is_named(forces):
 )
 def test_bad_settings_are_named(options):
     with pytest.raises(em.ParameterError):
-        em.Static(**options)
+        em.StaticSettings(**options)
 
 
 @pytest.mark.parametrize("crosses", [False, True], ids=["no arm", "arms of 1e-18 m"])
@@ -175,7 +175,9 @@ def test_a_strong_reserve_does_not_hide_a_joint_without_an_actuator(crosses):
     assert 1e-19 < np.abs(arms).max() < 1e-16 if crosses else not arms.any()
     motion = em.Motion.from_waypoints([0.0, 0.1], [q, q])
     with pytest.raises(em.UnmetTorqueError, match=r"short by \{'wrist': "):
-        em.static_optimization(model, motion, settings=em.Static(raise_on_unmet_torque=True))
+        em.static_optimization(
+            model, motion, settings=em.StaticSettings(raise_on_unmet_torque=True)
+        )
     with pytest.warns(em.UnmetTorqueWarning, match="wrist: demand out of reach in 10 of 10"):
         result = em.static_optimization(model, motion)
     assert (result.torques_unmet[:, :2] == 0.0).all()

@@ -53,7 +53,7 @@ def static(model):
 
 @pytest.fixture(scope="module")
 def cmc():
-    return em.computed_muscle_control(leg.build(), leg.motion(), settings=em.CMC(kp=KP))
+    return em.computed_muscle_control(leg.build(), leg.motion(), settings=em.CMCSettings(kp=KP))
 
 
 def arm(model, muscle, coordinate, **degrees):
@@ -219,7 +219,7 @@ def test_the_muscles_could_turn_every_joint_either_way(model, static):
 
 @pytest.mark.parametrize("scheme", list(em.Scheme))
 def test_cosimulation_tracks(scheme):
-    settings = em.Cosimulation(kp=KP, scheme=scheme)
+    settings = em.CosimulationSettings(kp=KP, scheme=scheme)
     result = em.cosimulate(leg.build(), leg.motion(), settings=settings)
     assert result.status is em.Status.COMPLETE and result.max_unmet_torque == 0.0
     assert np.degrees(result.tracking_error_rms()).max() < 0.15

@@ -10,7 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linprog
 
-from exudyn_muscles.recruitment.optimization import ACCEPTED, Recruiter, ScaledProblem
+from exudyn_muscles.recruitment.certificate import ACCEPTED
+from exudyn_muscles.recruitment.optimization import Recruiter
+from exudyn_muscles.recruitment.problem import ScaledProblem
 
 WIDE = np.longdouble
 NOISE = 1e-17  # of arms

@@ -6,8 +6,15 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
-from exudyn_muscles.recruitment.bounds import ReachableForces, steady_bounds, steady_state
 from exudyn_muscles.recruitment.limits import Limits
+from exudyn_muscles.recruitment.steady import steady_bounds, steady_state
+from exudyn_muscles.recruitment.windows import (
+    MuscleState,
+    Windows,
+    excite,
+    open_window,
+    reach_end,
+)
 
 from ..differences import difference
 from ..muscle import hill
@@ -58,10 +65,13 @@ class Window:
         self.l_1 = l + H * 0.5 * (self.v + self.v_1)
         self.rng = rng
 
-    def reachable(self, tolerance=TOLERANCE):
-        reachable = ReachableForces(self.muscles, tolerance, self.integrator)
-        reachable.open(self.a, self.l_t, self.l, self.v, H, limits(self.muscles))
-        return reachable
+    def opened(self, tolerance=TOLERANCE, u=None, windows=None):
+        windows = windows or Windows(self.muscles, tolerance, self.integrator)
+        u = limits(self.muscles) if u is None else u
+        return open_window(windows, MuscleState(self.a, self.l_t, self.l, self.v), H, u)
+
+    def reach(self, *given, **options):
+        return reach_end(self.opened(*given, **options), self.l_1, self.v_1)
 
     def end(self, u, tolerance=TOLERANCE):
         return em.integrate_window(
@@ -79,7 +89,7 @@ def window(request):
 
 
 def test_bounds_are_windows_at_both_limits(window):
-    low, high = window.reachable().bounds(window.l_1, window.v_1)
+    low, high = window.reach()[-2:]
     m = len(window.muscles)
     np.testing.assert_array_equal(low, np.maximum(window.end(np.full(m, 0.01)).force, 0.0))
     np.testing.assert_array_equal(high, np.maximum(window.end(np.ones(m)).force, 0.0))
@@ -88,7 +98,7 @@ def test_bounds_are_windows_at_both_limits(window):
 
 def test_excitations_lie_between_and_forces_follow(window):
     """Forces rise with the excitation, so that those of the bounds enclose all."""
-    low, high = window.reachable(1e-6).bounds(window.l_1, window.v_1)
+    low, high = window.reach(1e-6)[-2:]
     last = low
     for u in np.linspace(0.05, 0.95, 8):
         F = np.maximum(window.end(np.full(low.size, u), 1e-6).force, 0.0)
@@ -99,11 +109,11 @@ def test_excitations_lie_between_and_forces_follow(window):
 
 def test_excitation_ends_in_the_wanted_force(window):
     F0 = window.muscles.max_isometric_force
-    reachable = window.reachable()
-    low, high = reachable.bounds(window.l_1, window.v_1)
+    reach = window.reach()
+    low, high = reach.low, reach.high
     for _ in range(5):
         F_opt = low + window.rng.uniform(0.0, 1.0, low.size) * (high - low)
-        found = reachable.excite(F_opt)
+        found = excite(reach, F_opt)
         assert (abs(found.force - F_opt) <= 1e-9 * F0).all()
         assert (found.excitation >= window.muscles.minimum_activation).all()
         assert (found.excitation <= 1.0).all()
@@ -128,10 +138,10 @@ def test_the_unit_of_force_does_not_matter(seed):
             dataclasses.replace(muscle, max_isometric_force=scale * muscle.max_isometric_force)
             for muscle in window.muscles
         )
-        reachable = window.reachable()
-        low, high = reachable.bounds(window.l_1, window.v_1)
+        reach = window.reach()
+        low, high = reach.low, reach.high
         for share in (1e-6, 0.01, 0.3, 0.9):
-            found.append(reachable.excite(low + share * (high - low)).excitation)
+            found.append(excite(reach, low + share * (high - low)).excitation)
     np.testing.assert_allclose(found[4:], found[:4], rtol=1e-6)
     assert (np.array(found[1:4]) > 0.0101).all()
 
@@ -143,27 +153,27 @@ def test_two_integrations_know_the_slope_better_than_the_sensitivity():
     for seed in range(1, 8, 2):
         window = Window(seed)
         assert window.integrator is em.Integrator.ROSENBROCK
-        reachable = window.reachable()
-        low, high = reachable.bounds(window.l_1, window.v_1)
+        reach = window.reach()
+        low, high = reach.low, reach.high
         for _ in range(20):
-            before = reachable.integrations
-            reachable.excite(low + window.rng.uniform(0.0, 1.0, low.size) * (high - low))
-            used.append((reachable.integrations - before) / low.size)
+            before = reach.window.windows.tally[0]
+            excite(reach, low + window.rng.uniform(0.0, 1.0, low.size) * (high - low))
+            used.append((reach.window.windows.tally[0] - before) / low.size)
     assert 3.0 < np.mean(used) < 4.05
 
 
 def test_targets_outside_give_the_nearest_bound(window):
     F0 = window.muscles.max_isometric_force
-    reachable = window.reachable()
-    low, high = reachable.bounds(window.l_1, window.v_1)
-    before = reachable.integrations
-    under, over = reachable.excite(low - 0.1 * F0), reachable.excite(high + 0.1 * F0)
-    assert reachable.integrations == before  # both are known
+    reach = window.reach()
+    low, high = reach.low, reach.high
+    before = reach.window.windows.tally[0]
+    under, over = excite(reach, low - 0.1 * F0), excite(reach, high + 0.1 * F0)
+    assert reach.window.windows.tally[0] == before  # both are known
     np.testing.assert_array_equal(under.excitation, window.muscles.minimum_activation)
     np.testing.assert_array_equal(np.maximum(under.force, 0.0), low)
     np.testing.assert_array_equal(over.excitation, np.ones(low.size))
     np.testing.assert_array_equal(over.force, high)
-    at_bound = reachable.excite(np.where(np.arange(low.size) % 2, low, high))
+    at_bound = excite(reach, np.where(np.arange(low.size) % 2, low, high))
     np.testing.assert_array_equal(at_bound.excitation, np.where(np.arange(low.size) % 2, 0.01, 1.0))
 
 
@@ -171,14 +181,13 @@ def test_limits_of_excitations_are_the_ends(window):
     """Bounds, excitations outside of them and the steady start, with limits of their own."""
     m = len(window.muscles)
     u = np.array([np.linspace(0.05, 0.3, m), np.linspace(0.4, 0.9, m)])
-    reachable = ReachableForces(window.muscles, TOLERANCE, window.integrator)
-    reachable.open(window.a, window.l_t, window.l, window.v, H, u)
-    low, high = reachable.bounds(window.l_1, window.v_1)
+    reach = window.reach(u=u)
+    low, high = reach.low, reach.high
     np.testing.assert_array_equal(low, np.maximum(window.end(u[0]).force, 0.0))
     np.testing.assert_array_equal(high, np.maximum(window.end(u[1]).force, 0.0))
-    np.testing.assert_array_equal(reachable.excite(low - 1.0).excitation, u[0])
-    np.testing.assert_array_equal(reachable.excite(high + 1.0).excitation, u[1])
-    between = reachable.excite(0.5 * (low + high)).excitation
+    np.testing.assert_array_equal(excite(reach, low - 1.0).excitation, u[0])
+    np.testing.assert_array_equal(excite(reach, high + 1.0).excitation, u[1])
+    between = excite(reach, 0.5 * (low + high)).excitation
     assert ((u[0] < between) & (between < u[1]) | (high <= low)).all()
     low, high = steady_bounds(window.muscles, u, window.l, 0.0 * window.v)
     np.testing.assert_array_equal(low, em.equilibrium(window.muscles, u[0], window.l).force)
@@ -193,26 +202,25 @@ def test_few_integrations():
     counts = []
     for seed in SEEDS:
         window = Window(seed)
-        reachable = window.reachable()
-        low, high = reachable.bounds(window.l_1, window.v_1)
-        before = reachable.integrations
+        reach = window.reach()
+        low, high = reach.low, reach.high
+        before = reach.window.windows.tally[0]
         assert before == 2 * low.size
-        reachable.excite(low + window.rng.uniform(0.05, 0.95, low.size) * (high - low))
-        counts.append((reachable.integrations - before) / low.size)
+        excite(reach, low + window.rng.uniform(0.05, 0.95, low.size) * (high - low))
+        counts.append((reach.window.windows.tally[0] - before) / low.size)
     assert np.mean(counts) <= 4.0
 
 
 def test_bounds_are_smooth_within_a_window(window):
     """The first steps are used again, so that difference quotients do not see the tolerance."""
-    reachable = window.reachable()
-    reachable.bounds(window.l_1, window.v_1)
+    opened = window.reach().window
     optimal = window.muscles.optimal_fiber_length
     for direction in ("length", "speed"):
 
         def bounds(s, direction=direction):
             l = window.l_1 + (s * optimal if direction == "length" else 0.0)
             v = window.v_1 + (s * optimal if direction == "speed" else 0.0)
-            return np.array(reachable.bounds(l, v))
+            return np.array(reach_end(opened, l, v)[-2:])
 
         F0 = window.muscles.max_isometric_force
         fine, coarse = (difference(bounds, 0.0, step) / F0 for step in (1e-6, 1e-5))
@@ -224,22 +232,30 @@ def test_bounds_are_smooth_within_a_window(window):
 
 
 def test_same_bits_twice_in_a_window(window):
-    reachable = window.reachable()
-    first = reachable.bounds(window.l_1, window.v_1)
-    reachable.bounds(window.l_1 * 1.0001, window.v_1)
-    reachable.excite(0.5 * (first[0] + first[1]))
-    again = reachable.bounds(window.l_1, window.v_1)
-    np.testing.assert_array_equal(first, again)
+    first = window.reach()
+    reach_end(first.window, window.l_1 * 1.0001, window.v_1)
+    wanted = 0.5 * (first.low + first.high)
+    found = excite(first, wanted)
+    again = reach_end(first.window, window.l_1, window.v_1)
+    np.testing.assert_array_equal(first.ends, again.ends)
+    for one, two in zip(found, excite(again, wanted), strict=True):
+        np.testing.assert_array_equal(one, two)
 
 
 def test_a_new_window_forgets_the_last(window):
-    reachable = window.reachable()
-    reachable.bounds(window.l_1 + 0.3 * window.muscles.optimal_fiber_length, window.v_1)
-    reachable.open(window.a, window.l_t, window.l, window.v, H, limits(window.muscles))
-    fresh = window.reachable()
-    np.testing.assert_array_equal(
-        reachable.bounds(window.l_1, window.v_1), fresh.bounds(window.l_1, window.v_1)
-    )
+    far = window.l_1 + 0.3 * window.muscles.optimal_fiber_length
+    first = reach_end(window.opened(), far, window.v_1)
+    again = window.reach(windows=first.window.windows)
+    np.testing.assert_array_equal(again.ends, window.reach().ends)
+
+
+def test_a_window_that_is_over_is_an_error(window):
+    first = window.reach()
+    window.opened(windows=first.window.windows)
+    with pytest.raises(RuntimeError, match="another one was opened meanwhile"):
+        reach_end(first.window, window.l_1, window.v_1)
+    with pytest.raises(RuntimeError, match="another one was opened meanwhile"):
+        excite(first, first.low)
 
 
 def test_bounds_are_not_below_zero():
@@ -250,7 +266,7 @@ def test_bounds_are_not_below_zero():
     m = len(window.muscles)
     slack = [window.end(np.full(m, u)).force <= 0.0 for u in (0.01, 1.0)]
     assert np.any(slack[0])
-    low, high = window.reachable().bounds(window.l_1, window.v_1)
+    low, high = window.reach()[-2:]
     np.testing.assert_array_equal(low == 0.0, slack[0])
     np.testing.assert_array_equal(high == 0.0, slack[1])
     assert (low >= 0.0).all()
@@ -261,7 +277,7 @@ def test_a_failed_window_names_the_muscle():
     far = window.l_1.copy()
     far[3] = 1e200
     with pytest.raises(em.WindowError, match="muscle 'm3'"):
-        window.reachable().bounds(far, window.v_1)
+        reach_end(window.opened(), far, window.v_1)
 
 
 # -- the start ------------------------------------------------------------------------------------
@@ -354,10 +370,11 @@ def test_a_muscle_that_is_slack_either_way_rests(law, integrator):
     for speed in np.linspace(-0.5, -3.0, 26):
         l, v, a = np.array([0.3]), np.array([speed]), np.array([0.3])
         l_t = em.equilibrium(muscles, a, l).tendon_length
-        window = ReachableForces(muscles, 1e-4, integrator)
-        window.open(a, l_t, l, v, 0.01, limits(muscles))
-        low, high = window.bounds(l + 0.01 * v, v)
-        u, _, slack, end = window.excite(low)
+        windows = Windows(muscles, 1e-4, integrator)
+        window = open_window(windows, MuscleState(a, l_t, l, v), 0.01, limits(muscles))
+        reach = reach_end(window, l + 0.01 * v, v)
+        low, high = reach.low, reach.high
+        u, _, slack, end = excite(reach, low)
         assert u[0] == 0.01
         rested += high[0] == 0.0 and end[0] <= 0.0 and slack[0] < 0.2
     assert rested > 0, "no speed left the tendon slack at both bounds"
@@ -371,23 +388,19 @@ def test_steps_that_no_longer_fit_are_chosen_anew(integrator):
         "unit", max_isometric_force=1000.0, optimal_fiber_length=0.1, tendon_slack_length=0.205
     )
     muscles, h, l, v, v_1 = em.MuscleSet([unit]), 0.01, 0.169 + 0.205 * 1.024, 0.21, 0.37
-    start = (
-        np.array([0.01]),
-        np.array([0.205 * 1.024]),
-        np.array([l]),
-        np.array([v]),
-        h,
-        limits(muscles),
-    )
+    state = MuscleState(*np.array([[0.01], [0.205 * 1.024], [l], [v]]))
     ends = [
         (np.array([l + h * v]), np.array([v])),
         (np.array([l + h * 0.5 * (v + v_1)]), np.array([v_1])),
     ]
-    again, fresh = (ReachableForces(muscles, TOLERANCE, integrator) for _ in range(2))
-    again.open(*start)
-    fresh.open(*start)
-    again.bounds(*ends[0])
-    np.testing.assert_allclose(again.bounds(*ends[1]), fresh.bounds(*ends[1]), rtol=2e-4)
+    again, fresh = (
+        open_window(Windows(muscles, TOLERANCE, integrator), state, h, limits(muscles))
+        for _ in range(2)
+    )
+    reach_end(again, *ends[0])
+    np.testing.assert_allclose(
+        reach_end(again, *ends[1])[-2:], reach_end(fresh, *ends[1])[-2:], rtol=2e-4
+    )
 
 
 def test_a_fibre_that_bears_nothing_actively_starts_at_rest():

@@ -6,7 +6,7 @@ from scipy.optimize import lsq_linear
 
 import exudyn_muscles as em
 from exudyn_muscles.recruitment import optimization
-from exudyn_muscles.recruitment.optimization import ScaledProblem
+from exudyn_muscles.recruitment.problem import ScaledProblem
 
 from .cases import Case, check_optimal, random_case, with_reserves
 from .problems import complaints, draw

@@ -23,9 +23,11 @@ def results():
     for name, source in MODELS.items():
         model, motion = source.build(), source.motion()
         made[f"{name}_static"] = em.static_optimization(model, motion)
-        made[f"{name}_cmc"] = em.computed_muscle_control(model, motion, settings=em.CMC(kp=KP))
+        made[f"{name}_cmc"] = em.computed_muscle_control(
+            model, motion, settings=em.CMCSettings(kp=KP)
+        )
         for scheme in em.Scheme:
-            settings = em.Cosimulation(kp=KP, scheme=scheme)
+            settings = em.CosimulationSettings(kp=KP, scheme=scheme)
             made[f"{name}_{scheme.value}"] = em.cosimulate(model, motion, settings=settings)
         made[f"{name}_forward"] = em.forward_dynamics(model, made[f"{name}_cmc"].excitations)
     return made

@@ -1,0 +1,97 @@
+"""What both schemes of co-simulation share: the state of a run, and recruiting within a step."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..errors import SimulationError
+from ..model import MusculoskeletalModel
+from ..path.geometry import Geometry
+from ..simulation.state import RunState
+from .cosimulation_settings import CosimulationSettings
+from .recruiting import Excited, MuscleOptimization, Opened, Recruited
+from .tracking import Tracking
+
+
+@dataclass(eq=False, kw_only=True)
+class CoupledState(RunState):
+    """State of a run of co-simulation.
+
+    Attributes
+    ----------
+    muscles : MuscleOptimization
+    tracking : Tracking
+    opened : Opened
+        The window of the step being tried.
+    recruited : Recruited
+        For the torque that the skeleton has now.
+    M : (n, n) ndarray
+        The mass matrix there.
+    demanded : bool
+        The torque is the demand itself, be it within reach or not.
+    last : tuple of (n,) ndarray and float, optional
+        q'' at the start of the step before, and its length.
+    """
+
+    muscles: MuscleOptimization
+    tracking: Tracking
+    opened: Opened = field(init=False)
+    recruited: Recruited | None = None
+    M: np.ndarray = field(init=False)
+    demanded: bool = True
+    last: tuple[np.ndarray, float] | None = None
+
+    def served(self) -> Recruited:
+        """What was recruited in the step; SimulationError if nothing was."""
+        if self.recruited is None or self.demanded:
+            raise SimulationError("the solver accepted a step without a corrector iteration")
+        return self.recruited
+
+
+class CoupledScheme(ABC):
+    """When within a step the muscles are recruited, and for which torque."""
+
+    feeds_back: bool
+
+    def __init__(self, model: MusculoskeletalModel, settings: CosimulationSettings) -> None:
+        self.model, self.skeleton, self.settings = model, model.skeleton, settings
+
+    @abstractmethod
+    def ready(self, step: float) -> None:
+        """See `Plugin`."""
+
+    @abstractmethod
+    def open_step(self, state: CoupledState) -> None:
+        """See `Plugin`; the window is open."""
+
+    @abstractmethod
+    def torque(self, state: CoupledState, t: float, first: bool) -> np.ndarray | None:
+        """See `Plugin`."""
+
+    @abstractmethod
+    def jacobian(
+        self, state: CoupledState, exact: np.ndarray, mass: float, dq: float, dv: float
+    ) -> np.ndarray:
+        """See `Plugin`."""
+
+    @abstractmethod
+    def excite(self, state: CoupledState) -> tuple[Excited, Geometry]:
+        """The muscles at the end of the accepted step, and their geometry there."""
+
+    def recruit(
+        self, state: CoupledState, Q_m: np.ndarray, q: np.ndarray, v: np.ndarray
+    ) -> np.ndarray:
+        """J_m F_opt for the demand at a state."""
+        state.recruited = self.serve(state, Q_m, q, v)
+        state.demanded = False
+        return state.recruited.recruitment.torque
+
+    def serve(
+        self, state: CoupledState, Q_m: np.ndarray, q: np.ndarray, v: np.ndarray
+    ) -> Recruited:
+        """The forces that serve `Q_m` (n,) best where the step ends in the state q, q'."""
+        reached = state.muscles.reach(state.opened, self.model.geometry(q, v))
+        return state.muscles.recruit(reached, Q_m)

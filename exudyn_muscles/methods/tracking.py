@@ -1,0 +1,89 @@
+"""What the skeleton is asked to do: feedback around the desired motion, and its settings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..model import MusculoskeletalModel
+from ..motion import Motion, check_motion, warn_of_angles
+from ..recruitment.settings import RecruitmentSettings, check_fit
+
+# 1/h^2 of the shortest step: a larger kp would ask for more than any step can follow.
+LARGEST_GAIN = 1e12
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackingSettings(RecruitmentSettings):
+    """Feedback gains, common to CMC and co-simulation.
+
+    Parameters
+    ----------
+    kp : float or (n,) sequence of float
+        Position gain [1/s^2], one for all coordinates or one for each; 100 as usual in OpenSim.
+    kv : float or (n,) sequence of float, optional
+        Velocity gain [1/s]; 2 sqrt(kp) if left out, critical damping.
+    """
+
+    kp: float | Sequence[float] = 100.0
+    kv: float | Sequence[float] | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._keep_each("kp", 0.0, LARGEST_GAIN, "1/s^2")
+        if self.kv is not None:
+            self._keep_each("kv", 0.0, LARGEST_GAIN, "1/s")
+
+    @property
+    def velocity_gain(self) -> float | np.ndarray:
+        """k_v [1/s], one number or one for each coordinate."""
+        return 2.0 * np.sqrt(self.kp) if self.kv is None else _as_one_or_each(self.kv)
+
+
+def _as_one_or_each(values: ArrayLike) -> float | np.ndarray:
+    array = np.asarray(values, dtype=float)
+    return array if array.ndim else float(array)
+
+
+def tracking_start(
+    model: MusculoskeletalModel, motion: Motion, settings: TrackingSettings, start: float | None
+) -> float:
+    """Start of a run that tracks the motion from `start`, or from its beginning.
+
+    Raises
+    ------
+    MotionError, ParameterError
+        Motion or settings do not fit the model, or muscles do not fit their paths in it.
+    """
+    check_motion(motion, model.coordinates)
+    check_fit(settings, model)
+    warn_of_angles(motion, model.coordinates, model.skeleton.units)
+    start = motion.start if start is None else start
+    model.check_lengths(motion(np.linspace(start, motion.end, 101))[0])
+    return start
+
+
+class Tracking:
+    """The control law; the motion is evaluated once for every time."""
+
+    def __init__(self, motion: Motion, settings: TrackingSettings) -> None:
+        self._motion = motion
+        self._known: dict[float, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
+        self.kp, self.kv = _as_one_or_each(settings.kp), settings.velocity_gain
+
+    def desired(self, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """q_d, q_d', q_d'' (n,) at `t`."""
+        if t not in self._known:
+            if len(self._known) > 1:  # both ends of a step are all that is asked for again
+                self._known.pop(next(iter(self._known)))
+            self._known[t] = self._motion(t)
+        return self._known[t]
+
+    def acceleration(self, t: float, t_error: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """q_d''(t) + k_v e' + k_p e with the errors of `q`, `v` at `t_error`: (12) and (15)."""
+        q_d, v_d, _ = self.desired(t_error)
+        _, _, a_d = self.desired(t)
+        return a_d + self.kv * (v_d - v) + self.kp * (q_d - q)

@@ -1,0 +1,35 @@
+"""What is said when a run is over."""
+
+from __future__ import annotations
+
+import exudyn as exu
+import numpy as np
+
+from ..errors import IncompleteRunWarning, UnmetTorqueWarning, warn
+from ..results.trajectory import Recorder
+from ..skeleton.skeleton import Skeleton
+
+
+def warn_of_early_end(record: Recorder, solver: exu.MainSolverImplicitSecondOrder) -> None:
+    """Exudyn also returns True when it was stopped early."""
+    why = "a user function" if solver.output.simulationStoppedByUserFunction else "the user"
+    if solver.output.simulationTimeout:
+        why = "exudyn.special.solver.timeout"
+    record.message = f"stopped by {why} at t = {record.reached:g} s before {solver.it.endTime:g} s"
+    warn(record.message, IncompleteRunWarning)
+
+
+def warn_of_unmet_torque(record: Recorder) -> None:
+    """One UnmetTorqueWarning for a whole run, if there is anything to say."""
+    if record.fell_short:
+        text = record.trajectory().unmet_torque_report()
+        warn(f"unmet torque: {text}", UnmetTorqueWarning)
+
+
+def place(skeleton: Skeleton, reached: float) -> str:
+    """Time and state, for messages of a run that was accepted up to `reached` [s]."""
+    return (
+        f"at t = {skeleton.mbs.systemData.GetTime():.6g} s (accepted up to {reached:.6g} s), "
+        f"q = {np.array2string(skeleton.q, precision=5)}, "
+        f"q' = {np.array2string(skeleton.v, precision=5)}"
+    )

@@ -1,0 +1,74 @@
+"""The user functions of an `mbs`: the user's own, and a plugin's behind them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import exudyn as exu
+
+from ..errors import ModelError
+
+
+class Hooks:
+    """The user functions that the `mbs` had, and the plugin's in front of the solver."""
+
+    NAMES = ("PreStep", "PreNewtonResidual", "SystemJacobian", "PostStep")
+
+    def __init__(self, mbs: exu.MainSystem) -> None:
+        self._mbs = mbs
+        self._before = {name: self._now(name) for name in self.NAMES}
+        self._installed: dict[str, Callable] = {}
+        if self._before["SystemJacobian"]:
+            raise ModelError(
+                "the mbs has a SystemJacobian user function; the plugin needs this one for itself"
+            )
+
+    def install(self, own: Mapping[str, Callable]) -> None:
+        """Put a plugin's functions, by the names of the hooks, behind those of the user."""
+        for name, function in own.items():
+            self._installed[name] = _chained(name, self._before[name], function)
+            getattr(self._mbs, f"Set{name}UserFunction")(self._installed[name])
+
+    def check(self) -> None:
+        """Raise ModelError if any of them is no longer there."""
+        lost = [name for name, own in self._installed.items() if self._now(name) != own]
+        if lost:
+            raise ModelError(
+                f"the mbs got another {' and another '.join(lost)} user function within "
+                "attached(), without which there are no muscles; set your own ones before: they "
+                "are called first"
+            )
+
+    def restore(self) -> None:
+        """Put the user's functions back."""
+        for name, function in self._before.items():
+            getattr(self._mbs, f"Set{name}UserFunction")(function)
+
+    def _now(self, name: str) -> Any:
+        stored = getattr(self._mbs, f"Get{name}UserFunction")()
+        return stored["function"] if isinstance(stored, dict) else stored
+
+
+def _chained(name: str, before: Any, own: Callable) -> Callable:
+    """The user's own function first, then the plugin's."""
+    if not before:
+        return own
+    if name == "PreNewtonResidual":
+
+        def both(*arguments: Any) -> None:
+            before(*arguments)
+            own(*arguments)
+
+        return both
+
+    def checked(*arguments: Any) -> bool:
+        proceed = before(*arguments)
+        if proceed is None:
+            raise ModelError(
+                f"the {name} user function of the mbs returned None, on which Exudyn would stop "
+                "without a word; return True to go on or False to stop"
+            )
+        return own(*arguments) and bool(proceed)
+
+    return checked
