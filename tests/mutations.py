@@ -48,7 +48,7 @@ AREAS: dict[str, list[tuple[str, str]]] = {
             "recruitment/test_actuators.py recruitment/test_limits.py "
             "recruitment/test_normalizers.py",
         ),
-        ("doubts.py", "test_doubts.py"),
+        ("motion/plausibility.py motion/checks.py", "motion/test_plausibility.py"),
     ],
     "equilibrium": [("muscle/equilibrium.py", "muscle/test_equilibrium.py")],
     "muscle": [

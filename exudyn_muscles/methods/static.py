@@ -13,10 +13,9 @@ from functools import partial
 import numpy as np
 
 from ..checks import check_settings, check_step
-from ..doubts import warn_of_angles
 from ..errors import FrozenBodiesWarning, warn
 from ..model import MusculoskeletalModel
-from ..motion import Motion, check_motion
+from ..motion import Motion, check_motion, warn_of_angles
 from ..recruitment.settings import RecruitmentSettings, check_fit
 from ..results.counts import Counts, Status
 from ..results.recorder import Recorder, Row

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..doubts import warn_of_angles
 from ..model import MusculoskeletalModel
-from ..motion import Motion, check_motion
+from ..motion import Motion, check_motion, warn_of_angles
 from ..recruitment.settings import RecruitmentSettings, check_fit
 
 # 1/h^2 of the shortest step: a larger kp would ask for more than any step can follow.

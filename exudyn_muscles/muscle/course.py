@@ -1,15 +1,10 @@
-"""What both integrators share: how l runs through a window, and how the end depends on u."""
+"""How l runs through a window, where its steps end, and how they depend on u."""
 
 from __future__ import annotations
 
 from ..numerics.kernel import kernel
 
 MAX_STEPS = 10000  # of one window
-# Shortest step over the window. Weak fibres under high force have time constants of 1e-12 s, and
-# what is shorter than rounding of 1 s is no step.
-SHORTEST = 1e-18
-# A mesh that is used again serves as long as no step's error is this many times what was allowed.
-REUSE = 10.0
 # An error of l_t counts with no less than this part of F0 per stretch at F0: a slack tendon bears
 # nothing now, but soon may.
 LEAST_STIFFNESS = 0.3
@@ -33,13 +28,14 @@ def length_at(c, t):
 
 
 @kernel(inline=True)
-def next_step(h_n, rest):
-    """The step that is taken of the one wanted: it ends at the window's end or well before."""
+def next_end(t, h_n, h):
+    """Where a step from `t` ends of which `h_n` is wanted: at the window's end or well before."""
+    rest = h - t
     if h_n > 0.999 * rest:
-        return rest
+        return h
     if h_n > 0.5 * rest:
-        return 0.5 * rest
-    return h_n
+        return t + 0.5 * rest
+    return t + h_n
 
 
 @kernel(inline=True)

@@ -15,17 +15,8 @@ import math
 
 from ..numerics.kernel import kernel
 from .activation import activation_rate
-from .contraction import at_stop, drift, stopped_rate, tendon_force, tendon_rate
-from .course import (
-    LEAST_STIFFNESS,
-    MAX_STEPS,
-    REUSE,
-    SHORTEST,
-    cubic,
-    length_at,
-    next_step,
-    sensitivity,
-)
+from .contraction import at_stop, drift, tendon_rate
+from .course import LEAST_STIFFNESS, length_at
 from .parameters import ACTIVATION, PER_STRETCH, SWITCH, TAU_A, TAU_D
 
 GAMMA = 0.25
@@ -116,7 +107,7 @@ def activation_end(tables, i, a, u, h):
 
 
 @kernel
-def rosenbrock_step(tables, i, a, u, l_t, start, c, t, h_n):
+def moving_step(tables, i, a, u, l_t, start, c, t, h_n):
     """One step from `t` of a fibre that is not at its stop, with the rate there from `start`.
 
     Returns a, l_t, the errors of both, and df_SE/dl_t at the end.
@@ -180,76 +171,38 @@ def stopped_step(tables, i, a, u, c, t, h_n):
     return a_1, end, error_a, 0.5 * h_n * leaving, 0.0
 
 
-@kernel
-def integrate_rosenbrock(
-    tables, i, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps
-):  # fmt: skip
-    """Integrate muscle `i` over a window; see `window.integrate`."""
-    law, b = tables.table[i, ACTIVATION], tables.table[i, SWITCH]
-    tau_a, tau_d = tables.table[i, TAU_A], tables.table[i, TAU_D]
+@kernel(inline=True)
+def first_step(tables, i, start, second, h, tolerance):
+    """The first step wanted of a window `h`: l_t'' at its start makes it one within tolerance."""
+    stiffness = max(start[5], LEAST_STIFFNESS * tables.table[i, PER_STRETCH])
+    return START * min(h, math.sqrt(SHARE * tolerance / (stiffness * abs(second) + 1e-300)))
+
+
+@kernel(inline=True)
+def window_step(tables, i, a, u, l_t, start, f_a, c, t, h_n, h, tolerance):
+    """One step of a window `h` from the rate `start`, as `stopped_rate` has it, and df_a/da.
+
+    Returns a, l_t and the error over what of it is allowed.
+    """
+    if start[0]:
+        a_1, l_t1, error_a, error_t, f_t = stopped_step(tables, i, a, u, c, t, h_n)
+    else:
+        a_1, l_t1, error_a, error_t, f_t = moving_step(tables, i, a, u, l_t, start, c, t, h_n)
+    # Errors older than a time constant 1/|df/dx| have decayed by the window's end, so that one
+    # time constant's (or the window's) steps share the tolerance.
+    share = SHARE * tolerance
     least = LEAST_STIFFNESS * tables.table[i, PER_STRETCH]
-    c = cubic(l_0, v_0, l_1, v_1, h)
-    chosen = steps == 0
-    t, n, h_n, constant = 0.0, 0, 0.0, 0.0
-    a_u, y_u = 0.0, 0.0
-    start = stopped_rate(tables, i, a, l_t, l_0, v_0)
-    rate_a, f_a, f_u = activation_rate(law, a, u, tau_a, tau_d, b)
-    if chosen:
-        # A first step whose curvature is within the tolerance.
-        _, _, l_tt = length_at(c, 0.0)
-        curvature = start[2] * rate_a + start[3] * start[1] + drift(tables, i, start[4], v_0, l_tt)
-        h_n = START * min(
-            h, math.sqrt(SHARE * tolerance / (max(start[5], least) * abs(curvature) + 1e-300))
-        )
-    for _ in range(4 * MAX_STEPS):
-        if chosen:
-            rest = h - t
-            h_n = next_step(min(h_n, h / FEWEST), rest)
-            end = h if h_n == rest else t + h_n
-        else:
-            end = mesh[n]
-        h_n = end - t  # from the mesh: using it again gives the same bits
-        if start[0]:
-            a_1, l_t1, error_a, error_t, f_t = stopped_step(tables, i, a, u, c, t, h_n)
-        else:
-            a_1, l_t1, error_a, error_t, f_t = rosenbrock_step(
-                tables, i, a, u, l_t, start, c, t, h_n
-            )
-        l, v, _ = length_at(c, end)
-        # Errors older than a time constant 1/|df/dx| have decayed by the window's end, so that one
-        # time constant's (or the window's) steps share the tolerance.
-        share = SHARE * tolerance
-        error_a /= share * min(h_n * max(abs(f_a), 1.0 / h), 1.0)
-        error_t *= max(start[5], f_t, least) / (share * min(h_n * max(abs(start[3]), 1.0 / h), 1.0))
-        error = max(error_a, error_t)
-        if not error_a + error_t < math.inf:  # the maximum may lose a NaN
-            error = math.inf
-        factor = 0.0
-        if chosen:
-            hh = h_n * h_n
-            error = max(error, MEMORY * constant * hh * hh)
-            factor = SAFETY / math.sqrt(math.sqrt(error + 1e-300))
-            if not error <= 1.0:
-                h_n *= factor if 0.1 < factor < 1.0 else 0.1
-                if h_n < SHORTEST * h:
-                    return -1, a, l_t, 0.0, 0.0
-                continue
-            if n == MAX_STEPS:
-                return -1, a, l_t, 0.0, 0.0
-            constant = error / (hh * hh)
-            mesh[n] = end
-        elif not error <= REUSE:
-            return -1, a, l_t, 0.0, 0.0
-        start_1 = stopped_rate(tables, i, a_1, l_t1, l, v)
-        _, f_a1, f_u1 = activation_rate(law, a_1, u, tau_a, tau_d, b)
-        a_u1 = sensitivity(a_u, f_a, f_a1, f_u, f_u1, h_n)
-        y_u = sensitivity(y_u, start[3], start_1[3], start[2] * a_u, start_1[2] * a_u1, h_n)
-        a, l_t, start, a_u, f_a, f_u = a_1, l_t1, start_1, a_u1, f_a1, f_u1
-        t = end
-        n += 1
-        if (chosen and end == h) or n == steps:
-            F, F_a, F_t, _, _ = tendon_force(tables, i, a, l_t, l, v)
-            return n, a, l_t, F, F_t * y_u + F_a * a_u
-        if chosen:
-            h_n *= min(factor, GROWTH)
-    return -1, a, l_t, 0.0, 0.0
+    error_a /= share * min(h_n * max(abs(f_a), 1.0 / h), 1.0)
+    error_t *= max(start[5], f_t, least) / (share * min(h_n * max(abs(start[3]), 1.0 / h), 1.0))
+    if not error_a + error_t < math.inf:  # the maximum may lose a NaN
+        return a_1, l_t1, math.inf
+    return a_1, l_t1, max(error_a, error_t)
+
+
+@kernel(inline=True)
+def step_factor(error):
+    """What the step is to be multiplied by, after one with this error."""
+    factor = SAFETY / math.sqrt(math.sqrt(error + 1e-300))
+    if error <= 1.0:
+        return min(factor, GROWTH)
+    return factor if 0.1 < factor < 1.0 else 0.1

@@ -3,7 +3,7 @@
     x_1 = x_0 + h/2 (f(x_0) + f(x_1)),    x = l_t,
 
 one scalar equation for every muscle, since activation does not depend on force. Two uses:
-`integrate_trapezoidal` takes as many steps as its tolerance asks for, with an activation far more
+`window_step` is one of as many steps as a window's tolerance asks for, with an activation far more
 exact than that; `step` takes one step for a and l_t together, as a monolithic integrator of
 skeleton and muscles does.
 """
@@ -15,18 +15,9 @@ import math
 import numpy as np
 
 from ..numerics.kernel import kernel
-from .activation import activation_rate, trapezoidal
-from .contraction import at_stop, drift, pull, stopped_rate, tendon_force, tendon_rate
-from .course import (
-    LEAST_STIFFNESS,
-    MAX_STEPS,
-    REUSE,
-    SHORTEST,
-    cubic,
-    length_at,
-    next_step,
-    sensitivity,
-)
+from .activation import trapezoidal
+from .contraction import at_stop, pull, stopped_rate, tendon, tendon_rate
+from .course import LEAST_STIFFNESS
 from .parameters import ACTIVATION, F_0, L_TS, PER_STRETCH, RIGID, SWITCH, TAU_A, TAU_D
 from .rosenbrock import activation_end
 
@@ -73,84 +64,56 @@ def implicit_step(tables, i, l_t, rate, a_1, l_1, v_1, h, guess):
     return False, x, False, r, r_a, r_t, r_l
 
 
-@kernel
-def integrate_trapezoidal(
-    tables, i, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps
-):  # fmt: skip
-    """Integrate muscle `i` over a window; see `window.integrate`."""
-    law, b = tables.table[i, ACTIVATION], tables.table[i, SWITCH]
-    tau_a, tau_d = tables.table[i, TAU_A], tables.table[i, TAU_D]
+@kernel(inline=True)
+def first_step(tables, i, start, second, h, tolerance):
+    """The first step wanted of a window `h`, with l_t'' at its start."""
+    _, _, _, r_t, _, f_t = start
     F0 = tables.table[i, F_0]
     least = LEAST_STIFFNESS * F0 * tables.table[i, PER_STRETCH]
-    c = cubic(l_0, v_0, l_1, v_1, h)
-    chosen = steps == 0
-    t, n, h_n, h_p, rate_p = 0.0, 0, 0.0, 0.0, 0.0
-    a_u, y_u = 0.0, 0.0
-    _, r, r_a, r_t, r_l, _ = stopped_rate(tables, i, a, l_t, l_0, v_0)
-    rate_a, f_a, f_u = activation_rate(law, a, u, tau_a, tau_d, b)
-    F, F_a, F_t, _, _ = tendon_force(tables, i, a, l_t, l_0, v_0)
-    # l_t'' at the start serves the first error estimate and the first step.
-    second = r_a * rate_a + r_t * r + drift(tables, i, r_l, v_0, length_at(c, 0.0)[2])
-    if chosen:
-        allowed = SHARE * tolerance * F0
-        third = max(F_t, least) * abs(second) * (abs(r_t) + 1.0 / h)
-        h_n = min(h, np.cbrt(12.0 * allowed / (third + 1e-300)))
-    for _ in range(4 * MAX_STEPS):
-        if chosen:
-            rest = h - t
-            h_n = next_step(min(h_n, LONGEST), rest)
-            end = h if h_n == rest else t + h_n
-        else:
-            end = mesh[n]
-        h_n = end - t  # from the mesh: using it again gives the same bits
-        a_1, error_a = activation_end(tables, i, a, u, h_n)
-        l, v, _ = length_at(c, end)
-        guess = l_t + h_n * (r + 0.5 * h_n * second)
-        converged, l_t1, stopped, q, q_a, q_t, _ = implicit_step(
-            tables, i, l_t, r, a_1, l, v, h_n, guess
-        )
-        F_1, F_a1, F_t1, _, _ = tendon_force(tables, i, a_1, l_t1, l, v)
-        # Local error h^3 x'''/12, x''' from divided differences of the slopes; the factor
-        # (1 - h/2 df/dx)^-1 keeps fast components from being overrated.
-        if n == 0:
-            third = 2.0 * ((q - r) / h_n - second) / h_n
-        else:
-            third = 2.0 * ((q - r) / h_n - (r - rate_p) / h_p) / (h_n + h_p)
-        error = abs(third) * h_n * h_n * h_n / 12.0 / (1.0 + 0.5 * h_n * abs(q_t))
-        error = max(F0 * error_a, max(F_t, F_t1, least) * error)
-        if stopped:  # its length is known
-            error = F0 * error_a
-        # Errors older than the time constant 1/|df/dx| have decayed by the window's end, so that
-        # one time constant's (or the window's) steps share the tolerance.
-        allowed = SHARE * tolerance * F0 * min(h_n * max(abs(q_t), 1.0 / h), 1.0)
-        if chosen:
-            if not converged or not error <= allowed:
-                shrink = 0.25
-                if converged and error < 1e6 * allowed:
-                    shrink = max(0.8 * np.cbrt(allowed / error), 0.1)
-                h_n *= shrink
-                if h_n < SHORTEST * h:
-                    return -1, a, l_t, F, 0.0
-                continue
-            if n == MAX_STEPS:
-                return -1, a, l_t, F, 0.0
-            mesh[n] = end
-        elif not converged or not error <= REUSE * allowed:
-            return -1, a, l_t, F, 0.0
-        _, f_a1, f_u1 = activation_rate(law, a_1, u, tau_a, tau_d, b)
-        a_u1 = sensitivity(a_u, f_a, f_a1, f_u, f_u1, h_n)
-        y_u = sensitivity(y_u, r_t, q_t, r_a * a_u, q_a * a_u1, h_n)
-        second = (q - r) / h_n
-        rate_p, h_p = r, h_n
-        a, l_t, a_u, f_a, f_u = a_1, l_t1, a_u1, f_a1, f_u1
-        r, r_a, r_t = q, q_a, q_t
-        F, F_a, F_t, t = F_1, F_a1, F_t1, end
-        n += 1
-        if (chosen and end == h) or n == steps:
-            return n, a, l_t, F, F_t * y_u + F_a * a_u
-        if chosen:
-            h_n *= min(0.85 * np.cbrt(allowed / (error + 1e-300)), 4.0)
-    return -1, a, l_t, F, 0.0
+    third = max(F0 * f_t, least) * abs(second) * (abs(r_t) + 1.0 / h)
+    return min(h, np.cbrt(12.0 * (SHARE * tolerance * F0) / (third + 1e-300)))
+
+
+@kernel(inline=True)
+def window_step(tables, i, a, u, l_t, start, second, h_p, l, v, h_n, h, tolerance):
+    """One step of a window `h` from the rate `start`, as `stopped_rate` has it, to `l`, `v`.
+
+    `second` is l_t'' before it: at the window's start, or the mean over the step `h_p` that came
+    before. Returns a, l_t, the rate there, the error, infinite if the step failed, and what of it
+    is allowed [N].
+    """
+    _, r, _, _, _, f_t = start
+    F0 = tables.table[i, F_0]
+    least = LEAST_STIFFNESS * F0 * tables.table[i, PER_STRETCH]
+    a_1, error_a = activation_end(tables, i, a, u, h_n)
+    guess = l_t + h_n * (r + 0.5 * h_n * second)
+    converged, l_t1, stopped, q, q_a, q_t, q_l = implicit_step(
+        tables, i, l_t, r, a_1, l, v, h_n, guess
+    )
+    f_t1 = 0.0 if tables.table[i, RIGID] else tendon(tables, i, l_t1)[1]
+    # Local error h^3 x'''/12, x''' from divided differences of the slopes; the factor
+    # (1 - h/2 df/dx)^-1 keeps fast components from being overrated.
+    third = 2.0 * ((q - r) / h_n - second) / (h_n + h_p)
+    error = abs(third) * h_n * h_n * h_n / 12.0 / (1.0 + 0.5 * h_n * abs(q_t))
+    error = max(F0 * error_a, max(F0 * f_t, F0 * f_t1, least) * error)
+    if stopped:  # its length is known
+        error = F0 * error_a
+    if not converged:
+        error = math.inf
+    # Errors older than the time constant 1/|df/dx| have decayed by the window's end, so that
+    # one time constant's (or the window's) steps share the tolerance.
+    allowed = SHARE * tolerance * F0 * min(h_n * max(abs(q_t), 1.0 / h), 1.0)
+    return a_1, l_t1, (stopped, q, q_a, q_t, q_l, f_t1), error, allowed
+
+
+@kernel(inline=True)
+def step_factor(error, allowed):
+    """What the step is to be multiplied by, after one with this error."""
+    if error <= allowed:
+        return min(0.85 * np.cbrt(allowed / (error + 1e-300)), 4.0)
+    if error < 1e6 * allowed:
+        return max(0.8 * np.cbrt(allowed / error), 0.1)
+    return 0.25
 
 
 @kernel

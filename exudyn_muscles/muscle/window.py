@@ -15,14 +15,22 @@ from numpy.typing import ArrayLike
 from ..checks import number_within
 from ..errors import ParameterError, WindowError
 from ..numerics.kernel import kernel
+from . import rosenbrock, trapezoidal
+from .activation import activation_rate
 from .arguments import as_rows, check_range
-from .course import MAX_STEPS
-from .parameters import MuscleSet
-from .rosenbrock import integrate_rosenbrock
-from .trapezoidal import integrate_trapezoidal
+from .contraction import drift, stopped_rate, tendon_force
+from .course import MAX_STEPS, cubic, length_at, next_end, sensitivity
+from .parameters import ACTIVATION, SWITCH, TAU_A, TAU_D, MuscleSet
+from .rosenbrock import FEWEST, MEMORY
+from .trapezoidal import LONGEST
 
 TRAPEZOIDAL, ROSENBROCK = range(2)
 DEFAULT_TOLERANCE = 1e-4
+# Shortest step over the window. Weak fibres under high force have time constants of 1e-12 s, and
+# what is shorter than rounding of 1 s is no step.
+SHORTEST = 1e-18
+# A mesh that is used again serves as long as no step's error is this many times what was allowed.
+REUSE = 10.0
 
 
 class Integrator(Enum):
@@ -46,13 +54,62 @@ def integrate(method, tables, i, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, me
 
     Returns (steps, a, l_t, F, dF/du), with steps = -1 if the window could not be integrated.
     """
+    law, b = tables.table[i, ACTIVATION], tables.table[i, SWITCH]
+    tau_a, tau_d = tables.table[i, TAU_A], tables.table[i, TAU_D]
+    c = cubic(l_0, v_0, l_1, v_1, h)
+    chosen = steps == 0
+    t, n, a_u, y_u = 0.0, 0, 0.0, 0.0
+    start = stopped_rate(tables, i, a, l_t, l_0, v_0)
+    rate_a, f_a, f_u = activation_rate(law, a, u, tau_a, tau_d, b)
+    moved = drift(tables, i, start[4], v_0, length_at(c, 0.0)[2])
+    second = start[2] * rate_a + start[3] * start[1] + moved  # l_t''
     if method == ROSENBROCK:
-        return integrate_rosenbrock(
-            tables, i, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps
-        )
-    return integrate_trapezoidal(
-        tables, i, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, steps
-    )
+        h_n, longest = rosenbrock.first_step(tables, i, start, second, h, tolerance), h / FEWEST
+    else:
+        h_n, longest = trapezoidal.first_step(tables, i, start, second, h, tolerance), LONGEST
+    h_p, constant, factor = 0.0, 0.0, 1.0  # the step before, its error over h^4, what comes next
+    for _ in range(4 * MAX_STEPS):
+        end = next_end(t, min(h_n, longest), h) if chosen else mesh[n]
+        h_n = end - t  # from the mesh: using it again gives the same bits
+        l, v, _ = length_at(c, end)
+        if method == ROSENBROCK:
+            start_1, allowed = start, 1.0
+            a_1, l_t1, error = rosenbrock.window_step(
+                tables, i, a, u, l_t, start, f_a, c, t, h_n, h, tolerance
+            )
+            if chosen:
+                error = max(error, MEMORY * constant * (h_n * h_n) * (h_n * h_n))
+                factor = rosenbrock.step_factor(error)
+        else:
+            a_1, l_t1, start_1, error, allowed = trapezoidal.window_step(
+                tables, i, a, u, l_t, start, second, h_p, l, v, h_n, h, tolerance
+            )
+            if chosen:
+                factor = trapezoidal.step_factor(error, allowed)
+        if not error <= (allowed if chosen else REUSE * allowed):
+            h_n *= factor
+            if not chosen or h_n < SHORTEST * h:
+                break
+            continue
+        if chosen:
+            if n == MAX_STEPS:
+                break
+            mesh[n] = end
+        if method == ROSENBROCK:
+            start_1 = stopped_rate(tables, i, a_1, l_t1, l, v)
+            constant = error / ((h_n * h_n) * (h_n * h_n))
+        _, f_a1, f_u1 = activation_rate(law, a_1, u, tau_a, tau_d, b)
+        a_u1 = sensitivity(a_u, f_a, f_a1, f_u, f_u1, h_n)
+        y_u = sensitivity(y_u, start[3], start_1[3], start[2] * a_u, start_1[2] * a_u1, h_n)
+        second, h_p = (start_1[1] - start[1]) / h_n, h_n
+        a, l_t, start, a_u, f_a, f_u = a_1, l_t1, start_1, a_u1, f_a1, f_u1
+        t = end
+        n += 1
+        if (chosen and end == h) or n == steps:
+            F, F_a, F_t, _, _ = tendon_force(tables, i, a, l_t, l, v)
+            return n, a, l_t, F, F_t * y_u + F_a * a_u
+        h_n *= factor
+    return -1, a, l_t, 0.0, 0.0
 
 
 @kernel

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import posixpath
 from collections import Counter
-from dataclasses import dataclass
 from itertools import chain
 from typing import NamedTuple
 
@@ -28,24 +27,22 @@ PARTS = ("WrapObjectSet", "components")
 GROUND_PATH = "/ground"
 
 
-@dataclass
-class Inertia:
+class Inertia(NamedTuple):
     """Mass [kg], first moment m c (3,) and inertia (3, 3) about the origin of a link's frame."""
 
     mass: float
     moment: np.ndarray
     tensor: np.ndarray
 
-    def add(self, mass: float, center: np.ndarray, tensor: np.ndarray) -> None:
-        """Add a body from its mass, its center and its inertia about that."""
-        self.mass += mass
-        self.moment = self.moment + mass * center
+    def plus(self, mass: float, center: np.ndarray, tensor: np.ndarray) -> Inertia:
+        """With a body, from its mass, its center and its inertia about that."""
         spread = (center @ center) * np.eye(3) - np.outer(center, center)
-        self.tensor = self.tensor + tensor + mass * spread
+        return Inertia(
+            self.mass + mass, self.moment + mass * center, self.tensor + tensor + mass * spread
+        )
 
 
-@dataclass
-class Link:
+class Link(NamedTuple):
     """A link of the tree and its joint.
 
     Attributes
@@ -264,7 +261,7 @@ class Bodies:
 
     def _couple(self, couplers: dict[str, Coupler]) -> None:
         """Let coordinates follow others."""
-        links = {link.name: link for link in self.links}
+        numbers = {link.name: number for number, link in enumerate(self.links)}
         known = {coordinate.name for coordinate in self.coordinates}
         free = [link.name for link in self.links if not (link.follows or link.name in couplers)]
         for name, (of, given, element) in couplers.items():
@@ -279,7 +276,9 @@ class Bodies:
                     raise element.error("no coordinate is left that is independent")
                 function = linear_function(0.0, float(function(self.locked[of])))
                 of = free[0]
-            links[name].follows = Follower(name, of=of, function=function)
+            number = numbers[name]
+            follows = Follower(name, of=of, function=function)
+            self.links[number] = self.links[number]._replace(follows=follows)
 
     def _add_inertia(self, place: Place, body: Element) -> None:
         """Add a body's mass to its link; ground needs none."""
@@ -296,7 +295,9 @@ class Bodies:
             I = np.array([body.number(product) for product in products])
         R = place.pose[:3, :3]
         tensor = R @ I[[0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(3, 3) @ R.T
-        self.links[place.link].inertia.add(mass, place.at(center), tensor)
+        link = self.links[place.link]
+        inertia = link.inertia.plus(mass, place.at(center), tensor)
+        self.links[place.link] = link._replace(inertia=inertia)
 
 
 def _body_path(name: str) -> str:

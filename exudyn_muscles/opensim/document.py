@@ -73,8 +73,8 @@ class Element:
         Where it begins, from 1.
     parent : Element or None
     children : list of Element
-    text : str
-        Without blanks at both ends.
+    pieces : list of str
+        Its text as it was read.
     """
 
     file: str
@@ -83,11 +83,16 @@ class Element:
     line: int
     parent: Element | None
     children: list[Element] = field(default_factory=list)
-    text: str = ""
+    pieces: list[str] = field(default_factory=list)
 
     def __str__(self) -> str:
         named = self.name and not self.tag.endswith("Set")
         return f"{cut(self.tag)} '{cut(self.name)}'" if named else cut(self.tag)
+
+    @property
+    def text(self) -> str:
+        """The text without blanks at both ends."""
+        return "".join(self.pieces).strip()
 
     def error(self, text: str) -> ModelFileError:
         """An error about this element, with its place in the file."""
@@ -268,7 +273,7 @@ def _with_defaults(document: Element) -> Element:
         waiting += element.children
         own = {child.tag for child in element.children}
         missing = [each for each in usual.get(element.tag, ()) if each.tag not in own]
-        element.children += missing
+        element.children.extend(missing)
         added += len(missing)
         if added > MOST_ELEMENTS:
             raise defaults.error(f"more than {MOST_ELEMENTS} elements would be added")
@@ -280,7 +285,6 @@ def _parsed(file: str, data: bytes) -> Element:
     parser = expat.ParserCreate()
     parser.buffer_text = True
     root = Element(file, "", "", 0, None)
-    texts: list[list[str]] = [[]]
     open_elements = [root]
     elements = 0
 
@@ -297,11 +301,10 @@ def _parsed(file: str, data: bytes) -> Element:
         element = Element(file, tag, name, parser.CurrentLineNumber, parent)
         parent.children.append(element)
         open_elements.append(element)
-        texts.append([])
 
     def end(tag: str) -> None:
         element = open_elements.pop()
-        element.text = "".join(texts.pop()).strip()
+        element.pieces[:] = [element.text]
         if len(element.text) > LONGEST_TEXT:
             raise element.error(f"more than {LONGEST_TEXT} characters in one property")
 
@@ -309,7 +312,7 @@ def _parsed(file: str, data: bytes) -> Element:
         raise ModelFileError(f"{file}, line {parser.CurrentLineNumber}: a DOCTYPE is refused")
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
-    parser.CharacterDataHandler = lambda text: texts[-1].append(text)
+    parser.CharacterDataHandler = lambda text: open_elements[-1].pieces.append(text)
     parser.StartDoctypeDeclHandler = doctype
     try:
         for begin in range(0, len(data), LONGEST_TEXT):

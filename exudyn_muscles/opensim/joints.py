@@ -5,44 +5,17 @@ Translations along axes of the parent's frame come before rotations about axes t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from ..motion.coordinate import Coordinate
 from ..numerics.curves import Curve
 from .document import Element
 from .functions import Line, as_curve, read_function
 
 X, Y, Z = np.eye(3)
-
-
-@dataclass(frozen=True)
-class Coordinate:
-    """What a file says about a coordinate.
-
-    Attributes
-    ----------
-    name : str
-    default_value, default_speed : float
-        [rad or m, /s].
-    range : (2,) tuple of float
-        Lowest and highest value [rad or m]; nothing keeps to it here.
-    clamped : bool
-        OpenSim keeps to the range where a user sets a value.
-    locked : bool
-        Held at its default value: the model has no such coordinate.
-    rotates : bool
-        It is an angle, or one besides what else it moves.
-    """
-
-    name: str
-    default_value: float
-    default_speed: float
-    range: tuple[float, float]
-    clamped: bool
-    locked: bool
-    rotates: bool = True
 
 
 class Axis(NamedTuple):

@@ -1,15 +1,10 @@
-"""Muscles with their paths and the surfaces that these wrap over."""
+"""Muscles: their numbers and laws."""
 
 from __future__ import annotations
 
 import dataclasses
-import warnings
 from collections.abc import Callable, Mapping
-from operator import mul
 from typing import Any, NamedTuple
-
-import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..checks import number_within
 from ..muscle.activation import ActivationDynamics
@@ -28,13 +23,9 @@ from ..muscle.laws.schutte_1993 import Schutte1993
 from ..muscle.laws.thelen_2003 import Thelen2003
 from ..muscle.laws.thelen_2003_deprecated import Thelen2003Deprecated
 from ..muscle.parameters import RANGES, Muscle
-from ..numerics.curves import Curve
-from ..path.points import BEYOND_RANGE, ConditionalPathPoint, MovingPathPoint, PathPoint
-from ..path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapSurface
 from .bodies import Bodies
 from .document import Element
-from .frames import Place, pose
-from .functions import Line, as_curve, read_function
+from .paths import path_tags, read_path
 
 
 class Class(NamedTuple):
@@ -167,12 +158,9 @@ WITHOUT_INFLUENCE = (
     "MuscleSecondOrderActivationDynamicModel", "MuscleFixedWidthPennationModel",
     "ForceVelocityInverseCurve",
 )  # fmt: skip
+# Up to this version of the format the pennation angle has another name.
+OLDER = 20301
 FLAGS = ("ignore_activation_dynamics", "ignore_passive_fiber_force")  # refused if true
-PATHS = ("GeometryPath", "path")
-POINTS, WRAPS = "PathPointSet", "PathWrapSet"
-# Up to this version of the format the pennation angle has another name, and points may lie in the
-# muscle itself.
-OLD_NAMES = 20301
 # Read apart from the numbers.
 CONTROLS = ("min_control", "max_control")
 OTHER = ("appliesForce", "isDisabled", "ignore_tendon_compliance", *CONTROLS)
@@ -191,9 +179,7 @@ def read_muscle(element: Element, bodies: Bodies) -> Muscle:
     """
     kind = CLASSES[element.tag]
     given: dict[str, Any] = {**UNIT, **kind.defaults}
-    apart: tuple[str, ...] = (*PATHS, *FLAGS, *OTHER)
-    if element.version <= OLD_NAMES:
-        apart += (POINTS, WRAPS)
+    apart = (*path_tags(element), *FLAGS, *OTHER)
     for child in element.properties(*kind.splines, *kind.ignored):
         if child.tag in CURVES:
             for inner in child.properties():
@@ -221,9 +207,7 @@ def read_muscle(element: Element, bodies: Bodies) -> Muscle:
             activation_dynamics=kind.activation,
             law=kind.law(**{name: value for name, value in given.items() if name in own}),
         )
-    found = [_point(point, bodies) for point in _path_items(element, POINTS)]
-    points = [point for point in found if point is not None]
-    wraps = [_wrap(wrap, bodies) for wrap in _path_items(element, WRAPS)]
+    points, wraps = read_path(element, bodies)
     return dataclasses.replace(muscle, path=points, wraps=wraps)
 
 
@@ -238,7 +222,7 @@ def _add_number(kind: Class, element: Element, given: dict[str, Any], where: str
         return  # optional
     path = where + element.tag
     name = kind.names.get(path, element.tag)
-    if name == "pennation_angle" and element.version <= OLD_NAMES:
+    if name == "pennation_angle" and element.version <= OLDER:
         name = "pennation_angle_at_optimal"
     if path in kind.fixed:
         if abs(element.numbers(1)[0] - kind.fixed[path]) > 1e-6:
@@ -277,127 +261,3 @@ def _points(element: Element) -> tuple[list[float], list[float]]:
         element.refuse()
     element.allow("x", "y")
     return element.get("x").numbers().tolist(), element.get("y").numbers().tolist()
-
-
-# Paths.
-
-
-def _path_items(element: Element, tag: str) -> list[Element]:
-    """Points or wraps of a muscle's path."""
-    if element.version <= OLD_NAMES and element.find(*PATHS) is None:
-        return element.items(tag)
-    path = element.find("GeometryPath") or element.object("path")
-    if path.tag != "GeometryPath":
-        path.refuse()  # a function of the coordinates
-    path.allow(POINTS, WRAPS)
-    return path.items(tag)
-
-
-def _point(element: Element, bodies: Bodies) -> PathPoint | MovingPathPoint | None:
-    """A point of a path, None if a locked coordinate keeps it out."""
-    if element.tag not in ("PathPoint", "ConditionalPathPoint", "MovingPathPoint"):
-        element.refuse()
-    frame = ("socket_parent_frame", "body")
-    place = bodies.place(element.get(*frame))
-    if element.tag == "MovingPathPoint":
-        with element.blamed():
-            return _moving_point(element, place, bodies.locked)
-    position = place.at(element.vector("location")).tolist()
-    if element.tag == "PathPoint":
-        element.allow(*frame, "location")
-        return PathPoint(position, place.link)
-    element.allow(*frame, "location", "range", "socket_coordinate", "coordinate")
-    coordinate = _coordinate(element, "socket_coordinate", "coordinate")
-    low, high = element.vector("range", 2)
-    if coordinate in bodies.locked:
-        inside = low - BEYOND_RANGE <= bodies.locked[coordinate] <= high + BEYOND_RANGE
-        return PathPoint(position, place.link) if inside else None
-    with element.blamed():
-        return ConditionalPathPoint(
-            position, place.link, coordinate=coordinate, range=(float(low), float(high))
-        )
-
-
-def _moving_point(
-    element: Element, place: Place, locked: Mapping[str, float]
-) -> PathPoint | MovingPathPoint:
-    locations, coordinates = [f"{x}_location" for x in "xyz"], [f"{x}_coordinate" for x in "xyz"]
-    sockets = [f"socket_{coordinate}" for coordinate in coordinates]
-    # Before version 4 points that move had a location as well, which meant nothing.
-    element.allow("socket_parent_frame", "body", "location", *locations, *coordinates, *sockets)
-    functions, names = [], set()
-    for location, *tags in zip(locations, sockets, coordinates, strict=True):
-        function = read_function(element.object(location))
-        if not (isinstance(function, Line) and function.slope == 0.0):
-            name = _coordinate(element, *tags)
-            if name in locked:
-                function = Line(0.0, float(as_curve(function)(locked[name])))
-            else:
-                names.add(name)
-        functions.append(function)
-    if not names:
-        position = [as_curve(function)(0.0) for function in functions]
-        return PathPoint(place.at(np.array(position)).tolist(), place.link)
-    if len(names) > 1:
-        raise element.error(f"expected a point that moves with one coordinate, found {len(names)}")
-    curves = [as_curve(function) for function in functions]
-    breaks = np.unique(np.concatenate([curve.pieces[1:, 0] for curve in curves]))
-
-    def component(row: int) -> Curve:
-        *turn, shift = place.pose[row]
-        return Curve(lambda q: sum(map(mul, turn, (c(q) for c in curves)), shift), breaks.tolist())
-
-    x, y, z = (component(row) for row in range(3))
-    return MovingPathPoint(x, y, z, place.link, coordinate=names.pop())
-
-
-def _coordinate(element: Element, *tags: str) -> str:
-    """The coordinate that a point names, by its path or its name."""
-    return element.word(*tags).split("/")[-1]
-
-
-def _wrap(element: Element, bodies: Bodies) -> PathWrap:
-    """A surface that a path wraps over."""
-    element.allow("wrap_object", "method", "range")
-    name = element.word("wrap_object")
-    found = bodies.wraps.get(name, [])
-    if len(found) != 1:
-        raise element.error(f"expected one surface '{name}', found {len(found)}")
-    first, last = (int(number) for number in element.vector("range", 2, (-1.0, -1.0)))
-    # From 1, and less for both ends of the path.
-    return PathWrap(_surface(*found[0]), max(first - 1, 0), last - 1 if last > 0 else -1)
-
-
-def _angles(R: np.ndarray) -> np.ndarray:
-    """Body-fixed angles about x, y and z; any of them where they are not unique."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Gimbal lock")
-        return Rotation.from_matrix(R).as_euler("XYZ")
-
-
-def _surface(element: Element, place: Place) -> WrapSurface:
-    """A surface given in a frame."""
-    sizes = {"WrapCylinder": ["radius", "length"], "WrapSphere": ["radius"]}
-    sizes["WrapEllipsoid"] = ["dimensions"]
-    if element.tag not in sizes:
-        element.refuse()
-    element.allow(
-        "active", "xyz_body_rotation", "translation", "quadrant", "display_preference",
-        *sizes[element.tag],
-    )  # fmt: skip
-    H = place.pose @ pose(element, "xyz_body_rotation", "translation")
-    side = element.word("quadrant", default="all").lower().lstrip("+")
-    where = {
-        "link": place.link,
-        "position": H[:3, 3],
-        "rotation": _angles(H[:3, :3]),
-        "side": None if side == "all" else side,
-        "active": element.flag("active", True),
-        "name": element.name,
-    }
-    with element.blamed():
-        if element.tag == "WrapCylinder":
-            return WrapCylinder(element.number("radius"), element.number("length"), **where)
-        if element.tag == "WrapSphere":
-            return WrapSphere(element.number("radius"), **where)
-        return WrapEllipsoid(element.vector("dimensions").tolist(), **where)

@@ -6,35 +6,20 @@ Coordinates are Exudyn's, in rad and m, in the order of the tree.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 from scipy.interpolate import BPoly, BSpline, make_interp_spline
 
-from .doubts import warn_of_columns
-from .errors import MotionError, StorageError
-from .files.storage import read_storage
-
-if TYPE_CHECKING:
-    from .opensim.joints import Coordinate
+from ..errors import MotionError, StorageError
+from ..files.storage import read_storage
+from .coordinate import Coordinate
+from .low_pass import LowPass, low_passed
+from .plausibility import warn_of_columns
 
 DEGREE = 5  # quintic: the accelerations are smooth
-
-# OpenSim's CMC pads a motion at both ends and filters it with so many samples to either side.
-OPENSIM_PADDING, OPENSIM_ORDER = 60, 50
-
 LARGEST = 1e9  # of times and coordinates: nothing is known more finely than to 1e-7 there
-
-
-class LowPass(Enum):
-    """Low-pass filters without phase."""
-
-    BUTTERWORTH = "fourth order: a second-order one forwards and backwards"
-    OPENSIM = "that of OpenSim's CMC: a windowed sinc 101 samples wide, whatever the cut-off"
 
 
 class Motion:
@@ -178,7 +163,7 @@ class Motion:
         if cutoff is None:
             return cls(t, _spline(t, q))
         span = t[[0, -1]]
-        t, q = _low_passed(*_equally_spaced(t, q), cutoff, low_pass)
+        t, q = low_passed(*_equally_spaced(t, q), cutoff, low_pass)
         return cls(span, _spline(t, q))
 
     @classmethod
@@ -300,42 +285,6 @@ def _equally_spaced(t: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return even, _spline(t, q)(even)
 
 
-def _low_passed(
-    t: np.ndarray, q: np.ndarray, cutoff: float, low_pass: LowPass
-) -> tuple[np.ndarray, np.ndarray]:
-    """Filtered samples, beyond the record's ends where the filter has them."""
-    step = (t[-1] - t[0]) / (t.size - 1)
-    limit = 0.5 / step
-    if not 0.0 < cutoff < limit:
-        raise MotionError(f"cutoff = {cutoff!r} Hz is outside (0, {limit:g}) Hz")
-    if (t[-1] - t[0]) * cutoff < 1.0:
-        raise MotionError(
-            f"filtering at {cutoff:g} Hz needs a record of at least one period, "
-            f"{1.0 / cutoff:g} s; this one has {t[-1] - t[0]:g} s"
-        )
-    if low_pass is LowPass.OPENSIM:
-        k = np.arange(-OPENSIM_ORDER, OPENSIM_ORDER + 1)
-        hamming = 0.54 + 0.46 * np.cos(np.pi * k / OPENSIM_ORDER)
-        weights = np.sinc(2.0 * cutoff * step * k) * hamming
-        q = _continued(q, OPENSIM_PADDING)
-        around = sliding_window_view(_continued(q, OPENSIM_ORDER), k.size, axis=0)
-        return _continued(t, OPENSIM_PADDING), around @ (weights / weights.sum())
-    if low_pass is not LowPass.BUTTERWORTH:
-        raise MotionError(f"low_pass = {low_pass!r} is not a LowPass")
-    from scipy.signal import butter, sosfiltfilt  # a third of a second to import
-
-    # The record is continued by point reflection at its ends, long enough for the filter to
-    # forget that this begins somewhere: 1e-7 of a ramp is left after three periods.
-    padding = min(round(3.0 / (cutoff * step)), t.size - 1)
-    return t, sosfiltfilt(butter(2, cutoff / limit, output="sos"), q, axis=0, padlen=padding)
-
-
-def _continued(x: np.ndarray, samples: int) -> np.ndarray:
-    """Rows continued at both ends by point reflection."""
-    width = [(samples, samples), *[(0, 0)] * (x.ndim - 1)]
-    return np.pad(x, width, mode="reflect", reflect_type="odd")
-
-
 def _checked(
     times: ArrayLike, values: ArrayLike, fewest: int, name: str = "coordinates"
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -363,14 +312,3 @@ def _checked(
             f"times must increase: t[{k}] = {t[k]:g} s is followed by t[{k + 1}] = {t[k + 1]:g} s"
         )
     return t, q
-
-
-def check_motion(motion: Motion, coordinates: Sequence[str]) -> None:
-    """Raise MotionError unless the motion is one and has one column for every coordinate."""
-    if not isinstance(motion, Motion):
-        raise MotionError(f"expected a Motion, got {type(motion).__name__}")
-    if len(motion) != len(coordinates):
-        raise MotionError(
-            f"the motion has {len(motion)} coordinates, the model {len(coordinates)}: "
-            f"{', '.join(coordinates)}"
-        )

@@ -7,9 +7,9 @@ import exudyn_muscles as em
 from exudyn_muscles.motion import check_motion
 from models import pendulum
 
-from .differences import difference
-from .make_opensim import noisy
-from .own_models import FOLDER
+from ..differences import difference
+from ..make_opensim import noisy
+from ..own_models import FOLDER
 
 TIMES = np.linspace(0.0, 1.0, 11)
 ROWS = np.arange(11)

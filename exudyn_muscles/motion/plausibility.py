@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .errors import MotionWarning, StorageError, warn
-
-if TYPE_CHECKING:
-    from .files.storage import Storage
-    from .motion import Motion
-    from .opensim.joints import Coordinate
+from ..errors import MotionWarning, StorageError, warn
+from ..files.storage import Storage
+from .coordinate import Coordinate
 
 # Recorded angles begin within two turns of zero, swing by less to and fro, and what turns farther,
 # a crank or a wheel, is slower than six turns a second. Degrees taken for radians are 57 times as
@@ -24,21 +20,6 @@ FAST = 40.0  # rad/s
 BEYOND = 1.0
 # A locked coordinate's column is where the model holds it, but for this [rad or m].
 MOVES = 1e-3
-SAMPLES = 1001
-
-
-def warn_of_angles(motion: Motion, names: Sequence[str], units: Sequence[str]) -> None:
-    """Warn of angles that cannot be radians; those of a file were looked at when it was read.
-
-    Warns
-    -----
-    MotionWarning
-        Names the coordinate and its values.
-    """
-    if motion.source is None:
-        t = np.linspace(motion.start, motion.end, SAMPLES)
-        for text in _doubtful(t, motion(t)[0], names, units, {}):
-            warn(f"the motion's {text} np.radians converts them", MotionWarning)
 
 
 def warn_of_columns(
@@ -68,7 +49,7 @@ def warn_of_columns(
     """
     ranges = {each.name: each.range for each in described}
     if not storage.in_degrees:
-        for text in _doubtful(storage.time, samples, names, units, ranges):
+        for text in doubtful_angles(storage.time, samples, names, units, ranges):
             warn(f"{source}: {text} A file of degrees says inDegrees=yes", MotionWarning)
     for each in described:
         unit = "rad" if each.rotates else "m"
@@ -86,7 +67,7 @@ def warn_of_columns(
             )
 
 
-def _doubtful(
+def doubtful_angles(
     t: np.ndarray,
     q: np.ndarray,
     names: Sequence[str],

@@ -1,0 +1,164 @@
+"""Paths of muscles, and the surfaces that these wrap over."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from operator import mul
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..numerics.curves import Curve
+from ..path.points import BEYOND_RANGE, ConditionalPathPoint, MovingPathPoint, PathPoint
+from ..path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapSurface
+from .bodies import Bodies
+from .document import Element
+from .frames import Place, pose
+from .functions import Line, as_curve, read_function
+
+PATHS = ("GeometryPath", "path")
+POINTS, WRAPS = "PathPointSet", "PathWrapSet"
+# Up to this version of the format points may lie in the muscle itself.
+POINTS_INSIDE = 20301
+
+
+def path_tags(muscle: Element) -> tuple[str, ...]:
+    """What in a muscle is its path."""
+    return (*PATHS, POINTS, WRAPS) if muscle.version <= POINTS_INSIDE else PATHS
+
+
+def read_path(
+    muscle: Element, bodies: Bodies
+) -> tuple[list[PathPoint | MovingPathPoint], list[PathWrap]]:
+    """The points and wraps of a muscle's path.
+
+    Raises
+    ------
+    ModelFileError
+        Something is damaged or cannot be represented; names it.
+    """
+    found = [_point(point, bodies) for point in _items(muscle, POINTS)]
+    points = [point for point in found if point is not None]
+    return points, [_wrap(wrap, bodies) for wrap in _items(muscle, WRAPS)]
+
+
+def _items(element: Element, tag: str) -> list[Element]:
+    """Points or wraps of a muscle's path."""
+    if element.version <= POINTS_INSIDE and element.find(*PATHS) is None:
+        return element.items(tag)
+    path = element.find("GeometryPath") or element.object("path")
+    if path.tag != "GeometryPath":
+        path.refuse()  # a function of the coordinates
+    path.allow(POINTS, WRAPS)
+    return path.items(tag)
+
+
+def _point(element: Element, bodies: Bodies) -> PathPoint | MovingPathPoint | None:
+    """A point of a path, None if a locked coordinate keeps it out."""
+    if element.tag not in ("PathPoint", "ConditionalPathPoint", "MovingPathPoint"):
+        element.refuse()
+    frame = ("socket_parent_frame", "body")
+    place = bodies.place(element.get(*frame))
+    if element.tag == "MovingPathPoint":
+        with element.blamed():
+            return _moving_point(element, place, bodies.locked)
+    position = place.at(element.vector("location")).tolist()
+    if element.tag == "PathPoint":
+        element.allow(*frame, "location")
+        return PathPoint(position, place.link)
+    element.allow(*frame, "location", "range", "socket_coordinate", "coordinate")
+    coordinate = _coordinate(element, "socket_coordinate", "coordinate")
+    low, high = element.vector("range", 2)
+    if coordinate in bodies.locked:
+        inside = low - BEYOND_RANGE <= bodies.locked[coordinate] <= high + BEYOND_RANGE
+        return PathPoint(position, place.link) if inside else None
+    with element.blamed():
+        return ConditionalPathPoint(
+            position, place.link, coordinate=coordinate, range=(float(low), float(high))
+        )
+
+
+def _moving_point(
+    element: Element, place: Place, locked: Mapping[str, float]
+) -> PathPoint | MovingPathPoint:
+    locations, coordinates = [f"{x}_location" for x in "xyz"], [f"{x}_coordinate" for x in "xyz"]
+    sockets = [f"socket_{coordinate}" for coordinate in coordinates]
+    # Before version 4 points that move had a location as well, which meant nothing.
+    element.allow("socket_parent_frame", "body", "location", *locations, *coordinates, *sockets)
+    functions, names = [], set()
+    for location, *tags in zip(locations, sockets, coordinates, strict=True):
+        function = read_function(element.object(location))
+        if not (isinstance(function, Line) and function.slope == 0.0):
+            name = _coordinate(element, *tags)
+            if name in locked:
+                function = Line(0.0, float(as_curve(function)(locked[name])))
+            else:
+                names.add(name)
+        functions.append(function)
+    if not names:
+        position = [as_curve(function)(0.0) for function in functions]
+        return PathPoint(place.at(np.array(position)).tolist(), place.link)
+    if len(names) > 1:
+        raise element.error(f"expected a point that moves with one coordinate, found {len(names)}")
+    curves = [as_curve(function) for function in functions]
+    breaks = np.unique(np.concatenate([curve.pieces[1:, 0] for curve in curves]))
+
+    def component(row: int) -> Curve:
+        *turn, shift = place.pose[row]
+        return Curve(lambda q: sum(map(mul, turn, (c(q) for c in curves)), shift), breaks.tolist())
+
+    x, y, z = (component(row) for row in range(3))
+    return MovingPathPoint(x, y, z, place.link, coordinate=names.pop())
+
+
+def _coordinate(element: Element, *tags: str) -> str:
+    """The coordinate that a point names, by its path or its name."""
+    return element.word(*tags).split("/")[-1]
+
+
+def _wrap(element: Element, bodies: Bodies) -> PathWrap:
+    """A surface that a path wraps over."""
+    element.allow("wrap_object", "method", "range")
+    name = element.word("wrap_object")
+    found = bodies.wraps.get(name, [])
+    if len(found) != 1:
+        raise element.error(f"expected one surface '{name}', found {len(found)}")
+    first, last = (int(number) for number in element.vector("range", 2, (-1.0, -1.0)))
+    # From 1, and less for both ends of the path.
+    return PathWrap(_surface(*found[0]), max(first - 1, 0), last - 1 if last > 0 else -1)
+
+
+def _angles(R: np.ndarray) -> np.ndarray:
+    """Body-fixed angles about x, y and z; any of them where they are not unique."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Gimbal lock")
+        return Rotation.from_matrix(R).as_euler("XYZ")
+
+
+def _surface(element: Element, place: Place) -> WrapSurface:
+    """A surface given in a frame."""
+    sizes = {"WrapCylinder": ["radius", "length"], "WrapSphere": ["radius"]}
+    sizes["WrapEllipsoid"] = ["dimensions"]
+    if element.tag not in sizes:
+        element.refuse()
+    element.allow(
+        "active", "xyz_body_rotation", "translation", "quadrant", "display_preference",
+        *sizes[element.tag],
+    )  # fmt: skip
+    H = place.pose @ pose(element, "xyz_body_rotation", "translation")
+    side = element.word("quadrant", default="all").lower().lstrip("+")
+    where = {
+        "link": place.link,
+        "position": H[:3, 3],
+        "rotation": _angles(H[:3, :3]),
+        "side": None if side == "all" else side,
+        "active": element.flag("active", True),
+        "name": element.name,
+    }
+    with element.blamed():
+        if element.tag == "WrapCylinder":
+            return WrapCylinder(element.number("radius"), element.number("length"), **where)
+        if element.tag == "WrapSphere":
+            return WrapSphere(element.number("radius"), **where)
+        return WrapEllipsoid(element.vector("dimensions").tolist(), **where)
