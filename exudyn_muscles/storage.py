@@ -7,14 +7,17 @@ from .files import storage as _files
 from .opensim import result_files as _results
 
 # Old name -> where it is now.
-_MOVED: dict[str, tuple[Any, str]] = {
+_RESULTS = "exudyn_muscles.opensim.result_files"
+_MOVED = {
     "Storage": (_files, "exudyn_muscles"),
     "read_storage": (_files, "exudyn_muscles"),
     "write_results": (_results, "exudyn_muscles.opensim"),
-} | dict.fromkeys(
-    ("states", "kinematics", "controls", "forces", "tracking_errors"),
-    (_results, "exudyn_muscles.opensim.result_files"),
-)
+    "states": (_results, _RESULTS),
+    "kinematics": (_results, _RESULTS),
+    "controls": (_results, _RESULTS),
+    "forces": (_results, _RESULTS),
+    "tracking_errors": (_results, _RESULTS),
+}
 
 
 def __getattr__(name: str) -> Any:
