@@ -29,6 +29,7 @@ from .errors import (
 )
 from .files.storage import Storage, read_storage
 from .forces.actuators import PointActuator, Reserve, TorqueActuator
+from .forces.external import ExternalForce
 from .methods.cmc import CMC, CMCPlugin, Prediction, computed_muscle_control
 from .methods.control import RecruitmentSettings
 from .methods.cosimulation import (
@@ -57,7 +58,6 @@ from .muscle.parameters import Muscle, MuscleSet
 from .muscle.window import Integrator, WindowEnd, integrate_window
 from .numerics.curves import Curve
 from .numerics.splines import simm_spline
-from .path.followers import Follower, linear_function
 from .path.functions import FunctionPath
 from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
 from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere
@@ -70,7 +70,8 @@ from .recruitment.normalizers import (
 )
 from .recruitment.optimization import Solver
 from .results.trajectory import Counts, Difference, Excitations, Status, Trajectory
-from .skeleton.external_forces import ExternalForce, add_external_force
+from .skeleton.external_forces import add_external_force
+from .skeleton.followers import Follower, linear_function
 
 __version__ = version("exudyn_muscles")
 

@@ -9,13 +9,13 @@ import exudyn as exu
 import numpy as np
 
 from .errors import ModelError, ParameterError, PathWarning, warn
-from .forces.actuators import Actuator, actuator_names, compile_columns
+from .forces.actuators import Actuator, actuator_names, actuator_table
 from .muscle.dynamics import tendon_forces
 from .muscle.parameters import Muscle, MuscleSet
-from .path.followers import Follower
-from .path.geometry import Geometry, compile_geometry
-from .path.points import collect_paths
+from .path.paths import collect_paths
 from .skeleton.dependent import DependentSkeleton
+from .skeleton.followers import Follower
+from .skeleton.geometry import Geometry, compile_columns, compile_geometry
 from .skeleton.skeleton import Skeleton
 
 # With a stiff tendon a fibre of 2.5 optimal lengths would bear 400 times its isometric force.
@@ -90,7 +90,11 @@ class MusculoskeletalModel:
         )
         self.muscles = MuscleSet(muscles)
         self.paths = collect_paths(
-            self.muscles, len(self.skeleton.tree), self.skeleton.tree_coordinates
+            self.muscles.names,
+            [muscle.path for muscle in self.muscles],
+            [muscle.wraps for muscle in self.muscles],
+            len(self.skeleton.tree),
+            self.skeleton.tree_coordinates,
         )
         self.followers = tuple(followers)
         self.reserves = tuple(reserves)
@@ -98,7 +102,10 @@ class MusculoskeletalModel:
             raise ParameterError(f"reserves: '{name}' is the name of a muscle")
         skeleton = self.skeleton
         self.columns = compile_columns(
-            self.reserves, skeleton.tree, skeleton.tree_coordinates, self.coordinates
+            skeleton.tree,
+            actuator_table(
+                self.reserves, skeleton.tree_coordinates, self.coordinates, len(skeleton.tree)
+            ),
         )
         self.geometry = compile_geometry(skeleton.tree, self.paths)
         if reserves:

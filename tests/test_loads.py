@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import exudyn_muscles as em
-from exudyn_muscles.path.tree import tree_frames
 from exudyn_muscles.skeleton.skeleton import Skeleton
+from exudyn_muscles.skeleton.tree import tree_frames
 
 from . import leg
 from .differences import gradient

@@ -10,7 +10,7 @@ import pytest
 import exudyn_muscles as em
 from exudyn_muscles.opensim.bodies import Bodies
 from exudyn_muscles.opensim.document import read_document
-from exudyn_muscles.path.geometry import Geometry
+from exudyn_muscles.skeleton.geometry import Geometry
 
 from .differences import gradient
 from .opensim import REFERENCE, needs_opensim_files, numbers_of, with_opensims

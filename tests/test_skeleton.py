@@ -14,9 +14,9 @@ from exudyn.kinematicTree import Inertia2T66, KinematicTree66
 from exudyn.utilities import RigidBodyInertia
 
 import exudyn_muscles as em
-from exudyn_muscles.path.tree import tree_frames
 from exudyn_muscles.skeleton.hold import Hold
 from exudyn_muscles.skeleton.skeleton import Skeleton
+from exudyn_muscles.skeleton.tree import tree_frames
 
 from .differences import gradient
 from .path.trees import JOINTS, add_tree, random_links

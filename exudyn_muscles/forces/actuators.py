@@ -7,7 +7,7 @@ the coordinates.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
@@ -15,7 +15,10 @@ import numpy as np
 from ..checks import link_number, number_within, three_numbers
 from ..errors import ParameterError
 from ..numerics.kernel import kernel
-from ..path.tree import GROUND, PRISMATIC, Tree, tree_frames
+from ..path.frames import GROUND, turned
+
+# Joint codes from here on are prismatic joints; smaller ones are revolute.
+PRISMATIC = 3
 
 # Columns of the table of actuators: what, on which coordinate or link, against which link, and in
 # whose frame position and direction are.
@@ -170,42 +173,28 @@ def actuator_names(actuators: Sequence[Actuator]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def compile_columns(
-    actuators: Sequence[Actuator],
-    tree: Tree,
-    names: Sequence[str],
-    coordinates: Sequence[str],
-) -> Callable[[np.ndarray], np.ndarray]:
-    """The function q (N,) -> S (N, r) of these actuators.
+def actuator_table(
+    actuators: Sequence[Actuator], names: Sequence[str], coordinates: Sequence[str], links: int
+) -> np.ndarray:
+    """The actuators as `columns` takes them, a row each.
 
     Parameters
     ----------
     actuators : sequence of Actuator
-    tree : Tree
     names : sequence of str
-        Of all N coordinates of the tree.
+        Of all coordinates of the tree.
     coordinates : sequence of str
         Of the independent ones, which alone have reserves.
+    links : int
+        Number of the tree's links.
 
     Raises
     ------
     ParameterError
         An actuator acts on a coordinate or link that does not exist.
     """
-    table = np.array([_row(each, names, coordinates, len(tree)) for each in actuators])
-    table = table.reshape(len(actuators), COLUMNS)
-    if (table[:, KIND] == COORDINATE).all():
-        constant = np.zeros((len(tree), len(actuators)))
-        constant[table[:, ON].astype(int), np.arange(len(actuators))] = 1.0
-        constant.setflags(write=False)
-        return lambda q: constant
-
-    def of_tree(q: np.ndarray) -> np.ndarray:
-        S = np.empty((len(tree), len(actuators)))
-        columns(tree.joints, tree.parents, *tree_frames(tree, q), table, S)
-        return S
-
-    return of_tree
+    rows = [_row(actuator, names, coordinates, links) for actuator in actuators]
+    return np.array(rows).reshape(-1, COLUMNS)
 
 
 @kernel(allocates=True)
@@ -227,16 +216,6 @@ def columns(joints, parents, R, p, axes, table, S):
         moment = row[KIND] == TORQUE
         act(joints, parents, p, axes, int(row[ON]), x, d, moment, 1.0, S, k)
         act(joints, parents, p, axes, int(row[AGAINST]), x, d, moment, -1.0, S, k)
-
-
-@kernel
-def turned(R, link, v, x):
-    """Write a vector of a link's frame, or of ground, as x in ground."""
-    for i in range(3):
-        if link < 0:
-            x[i] = v[i]
-        else:
-            x[i] = R[link, i, 0] * v[0] + R[link, i, 1] * v[1] + R[link, i, 2] * v[2]
 
 
 @kernel

@@ -17,9 +17,9 @@ import numpy as np
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
-from ..path.geometry import Geometry
 from ..results.trajectory import Trajectory
 from ..simulation.run import number_of_steps, simulate
+from ..skeleton.geometry import Geometry
 from .control import (
     Tracking,
     TrackingSettings,

@@ -12,9 +12,9 @@ from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..muscle.arguments import check_range
 from ..muscle.equilibrium import equilibrium
-from ..path.geometry import Geometry
 from ..results.trajectory import Excitations, Trajectory, Window
 from ..simulation.run import simulate
+from ..skeleton.geometry import Geometry
 from .control import check_settings, check_step
 from .unified import UnifiedPlugin
 

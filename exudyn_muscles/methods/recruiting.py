@@ -15,11 +15,11 @@ import numpy as np
 from ..errors import ParameterError, UnmetTorqueError
 from ..model import MusculoskeletalModel
 from ..muscle.parameters import MuscleSet
-from ..path.geometry import Geometry
 from ..recruitment.bounds import Excitation, ReachableForces, steady_bounds, steady_state
 from ..recruitment.limits import Limits
 from ..recruitment.optimization import Recruiter, Recruitment
 from ..results.trajectory import Counts, Recorder, Window
+from ..skeleton.geometry import Geometry
 from .control import RecruitmentSettings
 
 

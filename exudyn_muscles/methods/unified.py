@@ -20,9 +20,9 @@ from ..muscle.parameters import MuscleTables
 from ..muscle.trapezoidal import step
 from ..numerics.curves import PackedCurves
 from ..numerics.kernel import kernel
-from ..path.geometry import Geometry, path_geometry, path_tables
 from ..results.trajectory import Window
 from ..simulation.plugin import Plugin
+from ..skeleton.geometry import Geometry, path_geometry, path_tables
 
 
 @kernel

@@ -15,7 +15,7 @@ from .compilation import tell_of_compilation
 from .kernel_cache import kernel_cache
 
 # Kernels call each other and freeze constants across these files.
-SOURCES = ("numerics", "muscle", "path", "forces", "recruitment", "methods/unified.py")
+SOURCES = ("numerics", "muscle", "path", "forces", "skeleton", "recruitment", "methods/unified.py")
 
 
 def kernel(

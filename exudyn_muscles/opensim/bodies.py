@@ -16,8 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..path.followers import Follower, linear_function
-from ..path.tree import GROUND, PRISMATIC
+from ..path.frames import GROUND
+from ..skeleton.followers import Follower, linear_function
+from ..skeleton.tree import PRISMATIC
 from .couplers import Coupler, read_couplers
 from .document import Element
 from .frames import ZERO, Place, Z, aligned, moved, pose

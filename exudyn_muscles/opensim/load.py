@@ -11,9 +11,10 @@ import exudyn as exu
 import numpy as np
 from exudyn.utilities import RigidBodyInertia, TreeLink
 
+from ..forces.external import ExternalForce
 from ..model import MusculoskeletalModel
-from ..path.followers import Follower, Followers
-from ..skeleton.external_forces import ExternalForce, add_external_force
+from ..skeleton.external_forces import add_external_force
+from ..skeleton.followers import Follower, Followers
 from ..skeleton.skeleton import JOINTS
 from .actuators import ACTUATORS, read_actuator
 from .bodies import Bodies, Link

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ..forces.actuators import Actuator
     from ..model import MusculoskeletalModel
     from ..motion import Motion
-    from ..path.geometry import Geometry
+    from ..skeleton.geometry import Geometry
 
 # Muscles with less than this share of a coordinate's longest moment arm do not matter to it.
 SMALL_ARM = 1e-3

@@ -37,9 +37,9 @@ from ..errors import (
 )
 from ..model import MusculoskeletalModel
 from ..motion import Motion
-from ..path.geometry import Geometry
 from ..results.trajectory import Counts, Recorder, Row, Status, Trajectory, Window
 from ..skeleton.external_forces import check_external_forces
+from ..skeleton.geometry import Geometry
 from ..skeleton.hold import Hold, hold
 from ..skeleton.skeleton import Skeleton, original, raise_as_itself
 

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 import exudyn as exu
 import numpy as np
 
-from ..path.followers import Follower, Followers, Slopes
+from .followers import Follower, Followers, Slopes
 from .hold import Hold
 from .skeleton import Skeleton
 

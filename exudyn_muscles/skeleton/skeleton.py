@@ -17,9 +17,9 @@ import exudyn as exu
 import numpy as np
 
 from ..errors import ModelError
-from ..path.followers import Followers
-from ..path.tree import PRISMATIC, Tree
+from .followers import Followers
 from .hold import Hold, hold
+from .tree import PRISMATIC, Tree
 
 JOINTS = {
     exu.JointType.RevoluteX: 0,

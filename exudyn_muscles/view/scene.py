@@ -24,10 +24,10 @@ from numpy.typing import ArrayLike
 from ..errors import DisplayError, ParameterError
 from ..files.disk import write_figure
 from ..model import MusculoskeletalModel
-from ..path.geometry import path_points, surfaces_at
-from ..path.points import Paths
+from ..path.paths import Paths
 from ..path.surfaces import CYLINDER
 from ..results.trajectory import Trajectory
+from ..skeleton.geometry import path_points, surfaces_at
 from ..skeleton.skeleton import Skeleton
 
 RELAXED = (0.13, 0.30, 0.90)  # RGB at a = 0

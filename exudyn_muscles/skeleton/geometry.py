@@ -20,15 +20,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import WrappingError
+from ..forces.actuators import COORDINATE as ON_COORDINATE
+from ..forces.actuators import KIND, ON, columns
 from ..numerics.curves import PackedCurves, evaluate
 from ..numerics.kernel import kernel
-from .functions import function_geometry
-from .geodesic import follow_geodesic, steps_over
-from .points import COORDINATE, CURVES, Paths
-from .rope import distance, from_surface, is_arc, lay, surface_frames
-from .surfaces import CYLINDER, FIRST, HALF_LENGTH, LAST, LINK, RADII, SHAPE
+from ..path.frames import point_positions
+from ..path.functions import function_geometry
+from ..path.geodesic import follow_geodesic, steps_over
+from ..path.paths import COORDINATE, CURVES, Paths
+from ..path.rope import distance, from_surface, is_arc, lay, surface_frames
+from ..path.surfaces import CYLINDER, FIRST, HALF_LENGTH, LAST, LINK, RADII, SHAPE
+from ..path.wrapping import FIRST_DIRECTION, SECOND_DIRECTION
 from .tree import PRISMATIC, Tree, link_frames, tree_frames
-from .wrapping import FIRST_DIRECTION, SECOND_DIRECTION
 
 X = CURVES.start
 
@@ -58,23 +61,6 @@ class Geometry(NamedTuple):
     lengthening_speed: np.ndarray
     moment_arms: np.ndarray
     columns: np.ndarray = NO_COLUMNS
-
-
-@kernel
-def point_positions(positions, links, base, R, p, x):
-    """Global positions (k, 3) of all path points, written in place."""
-    for k in range(links.size):
-        link = links[k]
-        for row in range(3):
-            if link < 0:
-                x[k, row] = positions[k, row]
-            else:
-                x[k, row] = (
-                    p[link, row]
-                    + R[link, row, 0] * positions[k, 0]
-                    + R[link, row, 1] * positions[k, 1]
-                    + R[link, row, 2] * positions[k, 2]
-                )
 
 
 @kernel
@@ -208,7 +194,7 @@ def path_geometry(
     x, end = space[end : end + 3 * points].reshape((points, 3)), end + 3 * points
     e = space[end : end + 3]
     link_frames(joints, parents, rotations, offsets, base, reference, q, R, p, axes)
-    point_positions(positions, links, base, R, p, x)
+    point_positions(positions, links, R, p, x)
     b = 0
     for i in range(m):
         l[i] = 0.0
@@ -257,6 +243,23 @@ def compile_geometry(tree: Tree, paths: Paths) -> Callable[[np.ndarray, np.ndarr
         return Geometry(l, l_t, r)
 
     return geometry
+
+
+def compile_columns(tree: Tree, table: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """The function q (N,) -> S (N, r) of the actuators in an `actuator_table`."""
+    N, r = len(tree), len(table)
+    if (table[:, KIND] == ON_COORDINATE).all():
+        constant = np.zeros((N, r))
+        constant[table[:, ON].astype(int), np.arange(r)] = 1.0
+        constant.setflags(write=False)
+        return lambda q: constant
+
+    def of_tree(q: np.ndarray) -> np.ndarray:
+        S = np.empty((N, r))
+        columns(tree.joints, tree.parents, *tree_frames(tree, q), table, S)
+        return S
+
+    return of_tree
 
 
 def path_tables(tree: Tree, paths: Paths) -> tuple[np.ndarray, ...]:
@@ -308,7 +311,7 @@ def _frames(tree: Tree, paths: Paths, q: np.ndarray) -> tuple[np.ndarray, np.nda
     """Orientations and positions of the links, and positions of the path points."""
     R, p, _ = tree_frames(tree, q)
     x = np.empty((paths.links.size, 3))
-    point_positions(paths.positions, paths.links, tree.base, R, p, x)
+    point_positions(paths.positions, paths.links, R, p, x)
     return R, p, x
 
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
-from exudyn_muscles.path.followers import Followers
+from exudyn_muscles.skeleton.followers import Followers
 
-from ..differences import certified, difference, gradient
-from .chains import Muscles, chain, muscle
+from .differences import certified, difference, gradient
+from .path.chains import Muscles, chain, muscle
 
 NAMES = ("a", "b", "c", "d", "e", "f")
 SINE = em.Curve(np.sin, [-3.0, 3.0])
