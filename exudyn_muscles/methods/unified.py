@@ -22,14 +22,14 @@ from ..numerics.curves import PackedCurves
 from ..numerics.kernel import kernel
 from ..results.trajectory import Window
 from ..simulation.plugin import Plugin
-from ..skeleton.geometry import Geometry, path_geometry, path_tables
+from ..skeleton.geometry import Geometry, geometry_tables, tree_geometry
 
 
 @kernel
 def unified_step(
     table, grids, bins, pieces, joints, parents, rotations, offsets, base, reference, positions,
     links, starts, bent, rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors,
-    factor_starts, tags, space, q, v, h, start, trial, r, torque,
+    factor_starts, integers, numbers, q, v, h, start, trial, r, torque,
 ):  # fmt: skip
     """One step of all muscles to the iterate q, q'.
 
@@ -39,10 +39,10 @@ def unified_step(
     # Handed over from Python as a tuple they would take a microsecond more.
     tables = MuscleTables(table, PackedCurves(grids, bins, pieces))
     l, l_rate = trial[2], trial[3]
-    failed = path_geometry(
+    failed = tree_geometry(
         joints, parents, rotations, offsets, base, reference, positions, links, starts, bent,
         rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors, factor_starts,
-        tags, space, q, v, l, l_rate, r,
+        integers, numbers, q, v, l, l_rate, r,
     )  # fmt: skip
     if failed >= 0:
         return failed
@@ -77,7 +77,7 @@ class UnifiedPlugin(Plugin):
         tables = model.muscles.tables
         # Copies, because numba takes 0.2 us longer over every array that is read-only.
         laws = (array.copy() for array in (tables.table, *tables.curves))
-        self._tables = (*laws, *path_tables(model.skeleton.tree, model.paths))
+        self._tables = (*laws, *geometry_tables(model.skeleton.tree, model.paths))
         # Start and trial of a step, as `unified_step` has them.
         self._start, self._trial = np.empty((5, m)), np.empty((6, m))
         self._arms, self._torque = np.empty((m, n)), np.empty(n)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..forces.actuators import PRISMATIC
+from ..forces.jacobian import PRISMATIC
 from ..numerics.kernel import kernel
 
 
