@@ -70,8 +70,8 @@ from .recruitment.normalizers import (
 )
 from .recruitment.optimization import Solver
 from .results.trajectory import Counts, Difference, Excitations, Status, Trajectory
+from .skeleton.coupling import DependentCoordinate, Follower, linear_function
 from .skeleton.external_forces import add_external_force
-from .skeleton.followers import Follower, linear_function
 
 __version__ = version("exudyn_muscles")
 
@@ -88,6 +88,7 @@ __all__ = [
     "CustomLaw",
     "DeGrooteFregly2016",
     "DeGrooteFregly2016Published",
+    "DependentCoordinate",
     "Difference",
     "DisplayError",
     "Equilibrium",

@@ -244,7 +244,7 @@ def test_exudyns_own_run_is_that_of_the_equation():
 
 
 @pytest.mark.filterwarnings("ignore::exudyn_muscles.PathWarning")
-def test_a_leg_with_followers_is_pushed():
+def test_a_leg_with_dependent_coordinates_is_pushed():
     """At its toes by a constant force of ground, and at a fixed point by another."""
     start, force, at = (np.array([0.1, -0.6]), np.array([0.5, -2.0])), [30.0, -50.0], [0.2, -0.9]
     t = np.linspace(0.2, 0.8, 5)

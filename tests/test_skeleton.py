@@ -404,7 +404,7 @@ def test_algebraic_constraints():
         f"RigidBody 'object{int(body)}' (object {int(body)})",
         "JointRevoluteZ 'object4' (object 4)",
         "RotationRxyz",
-        "followers",
+        "dependent_coordinates",
     ):
         assert what in str(caught.value)
     assert "Ground" not in str(caught.value)

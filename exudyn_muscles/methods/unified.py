@@ -126,8 +126,9 @@ class UnifiedPlugin(Plugin):
 
     def torque(self, t: float, first: bool) -> np.ndarray:
         skeleton = self.skeleton
+        q, v = skeleton.tree_state()
         failed = unified_step(
-            *self._tables, skeleton.tree_q, skeleton.tree_v, self.step, self._start, self._trial,
+            *self._tables, q, v, self.step, self._start, self._trial,
             self._arms, self._torque,
         )  # fmt: skip
         if failed >= 0:
@@ -138,8 +139,8 @@ class UnifiedPlugin(Plugin):
             )
         torque = self._torque
         if self._reserve_now.size:
-            torque = torque + self.model.columns(skeleton.tree_q) @ self._reserve_now
-        return skeleton.reduced(torque) if self.dependent else torque
+            torque = torque + self.model.columns(q) @ self._reserve_now
+        return skeleton.reduced(torque)
 
     def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
         # dF/dq = -F_l r and dF/dq' = -F_v r; how r changes matters little within a step.

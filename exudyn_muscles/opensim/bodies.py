@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..path.frames import GROUND
-from ..skeleton.followers import Follower, linear_function
+from ..skeleton.coupling import DependentCoordinate, linear_function
 from ..skeleton.tree import PRISMATIC
 from .couplers import Coupler, read_couplers
 from .document import Element
@@ -60,7 +60,7 @@ class Link:
     name : str
         Of the link's coordinate: that of `coordinate`, or of an axis that is a function of it.
     coordinate : Coordinate
-    follows : Follower or None
+    follows : DependentCoordinate or None
         None: the link's coordinate is independent.
     inertia : Inertia
     """
@@ -70,7 +70,7 @@ class Link:
     frame: np.ndarray
     name: str
     coordinate: Coordinate
-    follows: Follower | None
+    follows: DependentCoordinate | None
     inertia: Inertia
 
 
@@ -255,7 +255,9 @@ class Bodies:
                 H = H @ moved(axis, axis.function.value)
             else:
                 name = f"{name}/{axis.element.name}"
-                follows = Follower(name, of=axis.coordinate.name, function=as_curve(axis.function))
+                follows = DependentCoordinate(
+                    name, of=axis.coordinate.name, function=as_curve(axis.function)
+                )
             number, turn = aligned(direction)
             joint = number if axis.rotates else number + PRISMATIC
             nothing = Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
@@ -280,7 +282,7 @@ class Bodies:
                     raise element.error("no coordinate is left that is independent")
                 function = linear_function(0.0, float(function(self.locked[of])))
                 of = free[0]
-            links[name].follows = Follower(name, of=of, function=function)
+            links[name].follows = DependentCoordinate(name, of=of, function=function)
 
     def _add_inertia(self, place: Place, body: Element) -> None:
         """Add a body's mass to its link; ground needs none."""

@@ -41,7 +41,8 @@ from ..results.trajectory import Counts, Recorder, Row, Status, Trajectory, Wind
 from ..skeleton.external_forces import check_external_forces
 from ..skeleton.geometry import Geometry
 from ..skeleton.hold import Hold, hold
-from ..skeleton.skeleton import Skeleton, original, raise_as_itself
+from ..skeleton.skeleton import Skeleton
+from ..skeleton.system import original, raise_as_itself
 
 # Tracking error at the start [rad or m] above which a user is told.
 FAR_AWAY = 0.02
@@ -93,7 +94,6 @@ class Plugin(ABC):
     ) -> None:
         self.model = model
         self.skeleton = model.skeleton
-        self.dependent = model.skeleton.followers is not None
         self.start_time, self.end_time = start, end
         self.settings = settings
         self.motion = motion
@@ -259,17 +259,8 @@ class Plugin(ABC):
         self._last_iteration = iteration
         self._calls += 1
         self.counts.newton_iterations += not first
-        if self.dependent:
-            self.skeleton.follow()
         torque = self.torque(t, first)
-        if torque is not None:
-            self.apply(torque, t)
-        elif self.dependent:
-            self.skeleton.hold()
-
-    def apply(self, torque: np.ndarray, t: float) -> None:
-        """Hand the torque to Exudyn, if it is one."""
-        if not math.isfinite(torque @ torque):
+        if torque is not None and not math.isfinite(torque @ torque):
             raise SimulationError(f"torque {torque} at t = {t:g} s is not finite")
         self.skeleton.apply(torque)
 
@@ -344,22 +335,7 @@ class Plugin(ABC):
                 )
         self.ready((iteration.endTime - iteration.startTime) / iteration.numberOfSteps)
         algorithm = mbs.sys["simulationSettings"].timeIntegration.generalizedAlpha
-        if not (self.skeleton.settle() or algorithm.useNewmark):
-            raise ParameterError(
-                "generalized alpha starts from initial accelerations of its own, which cannot be "
-                "right here: the tree's mass matrix is singular without its followers' reactions, "
-                "or generalizedAlpha.computeInitialAccelerations = False; use TrapezoidalIndex2"
-            )
-        # Exudyn's own q'' at the start, which the trapezoidal rule never forgets.
-        M, bias = self.skeleton.dynamics()
-        torque = self.skeleton.applied
-        a = self.skeleton.acceleration
-        lack = np.abs(M @ a + bias - torque).max()
-        if lack > 1e-6 * (np.abs(torque).max() + np.abs(bias).max()) + 1e-9:
-            raise ParameterError(
-                "the initial accelerations do not balance the initial torques; use an implicit "
-                "solver with timeIntegration.generalizedAlpha.computeInitialAccelerations = True"
-            )
+        self.skeleton.settle(algorithm.useNewmark)
 
     def _solver(self) -> exu.MainSolverImplicitSecondOrder:
         try:
@@ -428,7 +404,7 @@ class _Hooks:
             "PreNewtonResidual": plugin.pre_newton,
             "PostStep": plugin.post_step,
         }
-        if plugin.feeds_back or plugin.dependent:
+        if plugin.feeds_back or not plugin.skeleton.basis.known_to_exudyn:
             own["SystemJacobian"] = plugin.system_jacobian
         for name, function in own.items():
             self._installed[name] = _chained(name, self._before[name], function)

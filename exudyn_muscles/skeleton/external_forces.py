@@ -22,7 +22,7 @@ from exudyn.itemInterface import LoadForceVector, LoadTorqueVector, MarkerKinema
 from ..errors import ParameterError
 from ..forces.external import ExternalForce, cubics
 from ..path.frames import GROUND
-from .skeleton import tree_item
+from .system import tree_item
 
 MARGIN = 1e-9  # s, accumulated time steps
 NOTHING = [0.0] * 9
