@@ -420,7 +420,7 @@ def test_bad_records(changes, message):
 def test_records_that_do_not_fit_the_tree():
     for name in ("link", "force_expressed_in", "point_expressed_in"):
         with pytest.raises(
-            em.ParameterError, match=f"'push': {name} = 1 is not a link of the tree"
+            em.ParameterError, match=f"'push': {name} is on link 1, but the tree has links 0 to 0"
         ):
             pendulum(1, [dataclasses.replace(push(), **{name: 1})])
     mbs, tree = pendulum(1)

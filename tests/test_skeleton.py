@@ -381,12 +381,20 @@ def test_not_a_tree():
         Skeleton(mbs, body)
 
 
-@pytest.mark.parametrize("number", [99, -1, None, "arm"])
+@pytest.mark.parametrize("number", [99, -1, None, "arm", True, 0.0, exu.ObjectIndex(99)])
 def test_not_an_object(number):
     mbs, _ = unassembled()
     mbs.Assemble()
     with pytest.raises(em.ModelError, match="is not an object of this mbs"):
         Skeleton(mbs, number)
+
+
+def test_a_number_of_another_list():
+    mbs, tree = unassembled()
+    node = mbs.GetObject(tree)["nodeNumber"]
+    mbs.Assemble()
+    with pytest.raises(em.ModelError, match=r"NodeIndex\(0\), one of the mbs's nodes is not"):
+        Skeleton(mbs, node)
 
 
 def test_algebraic_constraints():

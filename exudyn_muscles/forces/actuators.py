@@ -12,7 +12,7 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
-from ..checks import link_number, number_within, three_numbers
+from ..checks import check_link_exists, link_number, number_within, three_numbers
 from ..errors import ParameterError
 from ..numerics.kernel import kernel
 from ..path.frames import GROUND, turned
@@ -233,10 +233,7 @@ def _row(
         row[KIND], row[ON] = COORDINATE, list(names).index(actuator.coordinate)
         return row
     others = [actuator.link, actuator.against if isinstance(actuator, TorqueActuator) else GROUND]
-    if max(others) >= links:
-        raise ParameterError(
-            f"actuator '{actuator.name}': there is no link {max(others)}, the tree has {links}"
-        )
+    check_link_exists(f"actuator '{actuator.name}'", max(others), links)
     row[ON], row[AGAINST] = others
     if isinstance(actuator, TorqueActuator):
         row[KIND], row[DIRECTION] = TORQUE, actuator.axis

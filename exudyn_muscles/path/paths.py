@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import check_link_exists
 from ..errors import ParameterError
 from ..numerics.curves import Curve, PackedCurves, pack
 from .functions import FACTOR_COLUMNS, FACTOR_COORDINATE, FunctionPath
@@ -172,21 +173,14 @@ def _check_path(
         what = f"{who}: path point {number}"
         if not isinstance(point, (PathPoint, MovingPathPoint)):
             raise ParameterError(f"{what} is a PathPoint, got {point!r}")
-        _check_number(what, point.link, number_of_links)
+        check_link_exists(what, point.link, number_of_links)
     for number in (0, -1):
         if isinstance(path[number], ConditionalPathPoint):
             raise ParameterError(f"{who}: the path's first and last point cannot be conditional")
     for wrap in wraps:
         if not isinstance(wrap, PathWrap):
             raise ParameterError(f"{who}: not a surface or PathWrap: {wrap!r}")
-        _check_number(f"{who}: {wrap.surface}", wrap.surface.link, number_of_links)
-
-
-def _check_number(what: str, link: int, number_of_links: int) -> None:
-    if link >= number_of_links:
-        raise ParameterError(
-            f"{what} is on link {link}, but the tree has links 0 to {number_of_links - 1}"
-        )
+        check_link_exists(f"{who}: {wrap.surface}", wrap.surface.link, number_of_links)
 
 
 def _rule(
@@ -215,7 +209,8 @@ def coordinate_number(what: str, coordinate: str | int, names: tuple[str, ...]) 
     """The number of a coordinate given by its name or number."""
     if isinstance(coordinate, str) and coordinate in names:
         return names.index(coordinate)
-    if isinstance(coordinate, (int, np.integer)) and 0 <= coordinate < len(names):
+    is_number = isinstance(coordinate, (int, np.integer)) and not isinstance(coordinate, bool)
+    if is_number and 0 <= int(coordinate) < len(names):
         return int(coordinate)
     raise ParameterError(
         f"{what} follows the coordinate {coordinate!r}, but the model has {', '.join(names)}"

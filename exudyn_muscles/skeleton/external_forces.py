@@ -19,6 +19,7 @@ import exudyn as exu
 import numpy as np
 from exudyn.itemInterface import LoadForceVector, LoadTorqueVector, MarkerKinematicTreeRigid
 
+from ..checks import check_link_exists
 from ..errors import ParameterError
 from ..forces.external import ExternalForce, cubics
 from ..path.frames import GROUND
@@ -61,12 +62,8 @@ def add_external_force(
     """
     links = len(tree_item(mbs, tree)["jointTypes"])
     for name in ("link", "force_expressed_in", "point_expressed_in"):
-        value = getattr(external_force, name)
-        if value >= links:
-            raise ParameterError(
-                f"external force '{external_force.name}': {name} = {value} is not a link of the "
-                f"tree, the last is {links - 1}"
-            )
+        what = f"external force '{external_force.name}': {name}"
+        check_link_exists(what, getattr(external_force, name), links)
     acting = _Acting(mbs, tree, external_force)
     items = []
     if external_force.force is not None:

@@ -7,6 +7,7 @@ from typing import NoReturn
 import exudyn as exu
 import numpy as np
 
+from ..checks import item_shown
 from ..errors import ModelError
 from .tree import Tree
 
@@ -26,12 +27,15 @@ def tree_item(mbs: exu.MainSystem, tree: int) -> dict:
     Raises
     ------
     ModelError
-        There is no such object, or it is another one.
+        There is no such object, it is another one, or the number is one of another list.
     """
     try:
+        if isinstance(tree, bool):
+            raise TypeError
         item = mbs.GetObject(tree)
     except Exception as error:
-        raise ModelError(f"tree = {tree!r} is not an object of this mbs") from error
+        shown = tree if isinstance(tree, exu.ObjectIndex) else item_shown(tree)
+        raise ModelError(f"tree = {shown} is not an object of this mbs") from error
     if item["objectType"] != "KinematicTree":
         raise ModelError(
             f"tree = {tree!r} is an object of type {item['objectType']}; "

@@ -188,7 +188,7 @@ def test_actuators_that_are_none(kind, wrong, message):
 def test_a_link_that_does_not_exist(actuator):
     mbs, tree, _ = tree_of(0)
     mbs.Assemble()
-    with pytest.raises(em.ParameterError, match="'X': there is no link 5, the tree has 5"):
+    with pytest.raises(em.ParameterError, match="'X' is on link 5, but the tree has links 0 to 4"):
         em.MusculoskeletalModel(mbs, tree, [muscle()], reserves=[actuator])
 
 
