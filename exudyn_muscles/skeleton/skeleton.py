@@ -284,13 +284,7 @@ class Skeleton:
         self.basis.begin(self._opened, torque)
 
     def settle(self, newmark: bool) -> None:
-        """The run begins at the current state, by Newmark's method or by generalized alpha.
-
-        Raises
-        ------
-        ParameterError
-            The solver's initial accelerations are wrong, and stay so.
-        """
+        """The run begins here; raise ParameterError if with wrong accelerations (`Independent`)."""
         self.basis.settle(self._opened, newmark)
 
     def apply(self, torque: np.ndarray | None) -> None:
