@@ -31,7 +31,7 @@ def weakened(reserves=()):
         model.skeleton.object,
         weak,
         coordinates=leg.COORDINATES,
-        followers=model.followers,
+        dependent_coordinates=model.dependent_coordinates,
         reserves=reserves,
     )
 

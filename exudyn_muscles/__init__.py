@@ -31,6 +31,7 @@ from .errors import (
 )
 from .files.storage import Storage, read_storage
 from .forces.actuators import PointActuator, Reserve, TorqueActuator
+from .forces.external import ExternalForce
 from .methods.cmc import CMCPlugin, CMCSettings, Prediction, computed_muscle_control
 from .methods.cosimulation import CosimulationPlugin, cosimulate
 from .methods.cosimulation_settings import CosimulationSettings, FirstIterate, Predictor, Scheme
@@ -52,7 +53,6 @@ from .muscle.parameters import Muscle, MuscleSet
 from .muscle.window import Integrator, WindowEnd, integrate_window
 from .numerics.curves import Curve
 from .numerics.splines import simm_spline
-from .path.followers import Follower, linear_function
 from .path.functions import FunctionPath
 from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
 from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere
@@ -70,7 +70,8 @@ from .results.comparison import Difference
 from .results.counts import Counts, Status
 from .results.excitations import Excitations
 from .results.trajectory import Trajectory
-from .skeleton.external_forces import ExternalForce, add_external_force
+from .skeleton.coupling import DependentCoordinate, Follower, linear_function
+from .skeleton.external_forces import add_external_force
 
 __version__ = version("exudyn_muscles")
 
@@ -88,6 +89,7 @@ __all__ = [
     "CustomLaw",
     "DeGrooteFregly2016",
     "DeGrooteFregly2016Published",
+    "DependentCoordinate",
     "Difference",
     "DisplayError",
     "Equilibrium",

@@ -62,13 +62,23 @@ def link_number(what: str, value: Any, lowest: int = -1) -> int:
     """
     if isinstance(value, (int, np.integer)) and not isinstance(value, bool) and value >= lowest:
         return int(value)
-    kind = type(value).__name__
-    shown = f"{kind}({value}), one of the mbs's {ITEMS[kind]}" if kind in ITEMS else repr(value)
     ground = " (-1 is ground)" if lowest == -1 else ""
     raise ParameterError(
         f"{what} is the number of a link in the kinematic tree, an integer from 0{ground}, got "
-        f"{shown}"
+        f"{item_shown(value)}"
     )
+
+
+def check_link_exists(what: str, link: int, links: int) -> None:
+    """Raise ParameterError if the tree has no such link."""
+    if link >= links:
+        raise ParameterError(f"{what} is on link {link}, but the tree has links 0 to {links - 1}")
+
+
+def item_shown(value: Any) -> str:
+    """A value that is no number of its list, and the list that it is from if it is an item's."""
+    kind = type(value).__name__
+    return f"{kind}({value}), one of the mbs's {ITEMS[kind]}" if kind in ITEMS else repr(value)
 
 
 def check_settings(settings: object, kind: type) -> None:

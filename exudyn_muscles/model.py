@@ -9,13 +9,12 @@ import exudyn as exu
 import numpy as np
 
 from .errors import ModelError, ParameterError, PathWarning, warn
-from .forces.actuators import Actuator, actuator_names, compile_columns
+from .forces.actuators import Actuator, actuator_names, actuator_table
 from .muscle.dynamics import tendon_forces
 from .muscle.parameters import Muscle, MuscleSet
-from .path.followers import Follower
-from .path.geometry import Geometry, compile_geometry
-from .path.points import collect_paths
-from .skeleton.dependent import DependentSkeleton
+from .path.paths import collect_paths
+from .skeleton.coupling import DependentCoordinate
+from .skeleton.geometry import Geometry, compile_columns, compile_geometry
 from .skeleton.skeleton import Skeleton
 
 # With a stiff tendon a fibre of 2.5 optimal lengths would bear 400 times its isometric force.
@@ -36,8 +35,8 @@ class MusculoskeletalModel:
     muscles : iterable of Muscle
         With paths on ground and on the tree's links.
     coordinates : sequence of str, optional
-        Names of the tree's coordinates, followers included; `q0`, `q1`, ... if left out.
-    followers : sequence of Follower, optional
+        Names of all the tree's coordinates; `q0`, `q1`, ... if left out.
+    dependent_coordinates : sequence of DependentCoordinate, optional
         Coordinates of the tree that are functions of others. While a run is attached they are held
         there exactly; the `mbs` needs no constraint for it, and its own runs know of none.
     reserves : sequence of Reserve, PointActuator or TorqueActuator, optional
@@ -48,7 +47,7 @@ class MusculoskeletalModel:
     skeleton : Skeleton
     muscles : MuscleSet
     paths : Paths
-    followers : tuple of Follower
+    dependent_coordinates : tuple of DependentCoordinate
     reserves : tuple of Reserve, PointActuator or TorqueActuator
     columns : callable
         q (N,) -> S (N, r): what a unit of each ideal actuator is on every coordinate of the tree.
@@ -75,36 +74,42 @@ class MusculoskeletalModel:
         muscles: Iterable[Muscle],
         *,
         coordinates: Sequence[str] | None = None,
-        followers: Sequence[Follower] = (),
+        dependent_coordinates: Sequence[DependentCoordinate] = (),
         reserves: Sequence[Actuator] = (),
+        followers: Sequence[DependentCoordinate] | None = None,
     ) -> None:
         if not isinstance(mbs, exu.MainSystem):
             raise ModelError(f"mbs must be an exudyn.MainSystem, got {type(mbs).__name__}")
         muscles = _listed("muscles", muscles, Muscle)
         reserves = _listed("reserves", reserves, *get_args(Actuator))
-        followers = _listed("followers", followers, Follower)
-        self.skeleton = (
-            DependentSkeleton(mbs, tree, coordinates, followers)
-            if followers
-            else Skeleton(mbs, tree, coordinates)
-        )
+        if followers is not None:
+            warn("followers= is now dependent_coordinates=", DeprecationWarning)
+            dependent_coordinates = followers
+        dependent = _listed("dependent_coordinates", dependent_coordinates, DependentCoordinate)
+        self.skeleton = Skeleton(mbs, tree, coordinates, dependent)
         self.muscles = MuscleSet(muscles)
         self.paths = collect_paths(
-            self.muscles, len(self.skeleton.tree), self.skeleton.tree_coordinates
+            self.muscles.names,
+            [muscle.path for muscle in self.muscles],
+            [muscle.wraps for muscle in self.muscles],
+            len(self.skeleton.tree),
+            self.skeleton.tree_coordinates,
         )
-        self.followers = tuple(followers)
+        self.dependent_coordinates = tuple(dependent)
         self.reserves = tuple(reserves)
         for name in set(actuator_names(reserves)) & set(self.muscles.names):
             raise ParameterError(f"reserves: '{name}' is the name of a muscle")
         skeleton = self.skeleton
         self.columns = compile_columns(
-            self.reserves, skeleton.tree, skeleton.tree_coordinates, self.coordinates
+            skeleton.tree,
+            actuator_table(
+                self.reserves, skeleton.tree_coordinates, self.coordinates, len(skeleton.tree)
+            ),
         )
-        self.geometry = compile_geometry(skeleton.tree, self.paths)
+        geometry = compile_geometry(skeleton.tree, self.paths)
         if reserves:
-            self.geometry = _with_columns(self.geometry, self.columns)
-        if skeleton.followers is not None:
-            self.geometry = skeleton.followers.projected(self.geometry)
+            geometry = _with_columns(geometry, self.columns)
+        self.geometry = skeleton.basis.geometry(geometry)
         for i, name in enumerate(self.muscles.names):
             if not self.paths.crosses_a_joint(i):
                 warn(
@@ -118,12 +123,18 @@ class MusculoskeletalModel:
         return self.skeleton.mbs
 
     @property
+    def followers(self) -> tuple[DependentCoordinate, ...]:
+        """Former name of `dependent_coordinates`."""
+        warn("model.followers is now model.dependent_coordinates", DeprecationWarning)
+        return self.dependent_coordinates
+
+    @property
     def coordinates(self) -> tuple[str, ...]:
         """Names of the n independent coordinates, the only ones that the methods know."""
         return self.skeleton.coordinates
 
     def state_of_tree(self, *state: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Values of all N coordinates of the tree, followers included, as
+        """Values of all N coordinates of the tree, as
         `skeleton.tree_coordinates` names them.
 
         Parameters

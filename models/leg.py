@@ -2,8 +2,8 @@
 
 x forward, y up, z to the right; all angles are zero in upright standing. Hip flexion, adduction and
 internal rotation, knee extension, ankle dorsiflexion and subtalar inversion count positive. While
-the knee turns the shank slides on the femur, by two followers on massless links; the talus is
-massless, too. There is no patella: the quadriceps ends at points that move on the shank.
+the knee turns the shank slides on the femur, by two dependent coordinates on massless links; the
+talus is massless, too. There is no patella: the quadriceps ends at points that move on the shank.
 
 Sources
 -------
@@ -254,11 +254,13 @@ def build() -> em.MusculoskeletalModel:
         )
         for name, (strength, fiber, tendon, pennation, path) in MUSCLES.items()
     ]
-    followers = [
-        em.Follower("knee_x", of="knee", function=em.simm_spline(*KNEE_X)),
-        em.Follower("knee_y", of="knee", function=em.simm_spline(*KNEE_Y)),
+    dependent = [
+        em.DependentCoordinate("knee_x", of="knee", function=em.simm_spline(*KNEE_X)),
+        em.DependentCoordinate("knee_y", of="knee", function=em.simm_spline(*KNEE_Y)),
     ]
-    return em.MusculoskeletalModel(mbs, tree, muscles, coordinates=COORDINATES, followers=followers)
+    return em.MusculoskeletalModel(
+        mbs, tree, muscles, coordinates=COORDINATES, dependent_coordinates=dependent
+    )
 
 
 def motion() -> em.Motion:

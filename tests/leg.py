@@ -45,12 +45,14 @@ def spline(polynomial):
     return em.simm_spline(KNOTS, polynomial(KNOTS))
 
 
-def followers():
+def dependent_coordinates():
     return [
-        em.Follower("toes", of="ankle", function=em.Curve(TOES, [-2.0, 2.0])),
-        em.Follower("knee_x", of="knee", function=spline(KNEE_X)),
-        em.Follower("knee_y", of="knee", function=spline(KNEE_Y)),
-        em.Follower("ankle", of="knee", function=em.linear_function(ANKLE.coef[1], ANKLE.coef[0])),
+        em.DependentCoordinate("toes", of="ankle", function=em.Curve(TOES, [-2.0, 2.0])),
+        em.DependentCoordinate("knee_x", of="knee", function=spline(KNEE_X)),
+        em.DependentCoordinate("knee_y", of="knee", function=spline(KNEE_Y)),
+        em.DependentCoordinate(
+            "ankle", of="knee", function=em.linear_function(ANKLE.coef[1], ANKLE.coef[0])
+        ),
     ]
 
 
@@ -93,7 +95,9 @@ def build(muscles=None, extend=None, toes_moment=0.0, **more):
             )
             for name, (slack, path) in MUSCLES.items()
         ]  # fmt: skip
-    return em.MusculoskeletalModel(mbs, tree, muscles, coordinates=NAMES, followers=followers())
+    return em.MusculoskeletalModel(
+        mbs, tree, muscles, coordinates=NAMES, dependent_coordinates=dependent_coordinates()
+    )
 
 
 def idle():

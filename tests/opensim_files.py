@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 import exudyn_muscles as em
 from exudyn_muscles.opensim.bodies import Bodies
 from exudyn_muscles.opensim.document import read_document
-from exudyn_muscles.path.tree import tree_frames
+from exudyn_muscles.skeleton.tree import tree_frames
 
 BODY = """
 <Body name="{name}"><mass>2.5</mass><mass_center>0.1 -0.2 0.05</mass_center>

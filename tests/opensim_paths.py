@@ -10,13 +10,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import exudyn_muscles as em
-from exudyn_muscles.path.geometry import compile_geometry, path_points
-from exudyn_muscles.path.points import collect_paths
-from exudyn_muscles.path.tree import Tree
+from exudyn_muscles.skeleton.geometry import compile_geometry, path_points
+from exudyn_muscles.skeleton.tree import Tree
 
 from .opensim import REFERENCE
 from .opensim_files import frame
 from .opensim_models import FILES, vector
+from .path.trees import paths_of
 
 REVOLUTE_Z, PRISMATIC_Z = 2, 5
 UNIT = {"max_isometric_force": 1.0, "optimal_fiber_length": 0.1, "tendon_slack_length": 0.1}
@@ -77,7 +77,7 @@ class OpenSimPaths:
             for item in self.root.find("Model/ForceSet/objects")
             if item.find("GeometryPath") is not None
         )
-        self.paths = collect_paths(self.muscles, len(self.tree))
+        self.paths = paths_of(self.muscles, len(self.tree))
         self.geometry = compile_geometry(self.tree, self.paths)
 
     def add_joint(self, joint):

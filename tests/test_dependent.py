@@ -48,7 +48,9 @@ def watch(model, residual):
     def look(mbs, t):
         s = model.skeleton
         exact = model.state_of_tree(s.q, s.v, s.acceleration)
-        now = s.tree_q, s.tree_v, s.tree_a
+        data = mbs.systemData
+        now = data.GetODE2Coordinates(), data.GetODE2Coordinates_t(), data.GetODE2Coordinates_tt()
+        now = [array[s.rows] for array in now]
         residual.append([abs(x[tied] - y[tied]).max() for x, y in zip(now, exact, strict=True)])
         return True
 
@@ -100,7 +102,7 @@ def test_the_equations_of_motion(model):
             np.testing.assert_allclose(bias, bias_z, rtol=0, atol=1e-12)
 
 
-def test_user_torques_springs_and_loads_on_followers_are_part_of_Q():
+def test_user_torques_springs_and_loads_on_dependent_coordinates_are_part_of_Q():
     def extend(mbs, tree):
         node = mbs.GetObject(tree)["nodeNumber"]
         ground = mbs.AddMarker(
@@ -133,7 +135,7 @@ def test_user_torques_springs_and_loads_on_followers_are_part_of_Q():
 
 
 def test_moment_arms(model):
-    """r_z = -dl/dz and l' = -r_z z', also of points that follow a follower."""
+    """r_z = -dl/dz and l' = -r_z z', also of points that move with a dependent coordinate."""
     curve = em.simm_spline([-0.1, 0.0, 0.1, 0.2], [0.05, 0.04, 0.06, 0.05])
     path = [
         em.PathPoint([0.05, -0.1, 0.0], link=0),
@@ -371,7 +373,11 @@ def test_other_bodies_and_a_singular_mass_matrix():
         mbs.AddObject(ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, stiffness=500.0))
         mbs.Assemble()
         model = em.MusculoskeletalModel(
-            mbs, tree, [leg.idle()], coordinates=leg.NAMES, followers=leg.followers()
+            mbs,
+            tree,
+            [leg.idle()],
+            coordinates=leg.NAMES,
+            dependent_coordinates=leg.dependent_coordinates(),
         )
         model.skeleton.set_initial_state(*START)
         return model
@@ -410,7 +416,7 @@ def test_other_bodies_and_a_singular_mass_matrix():
 def test_the_mbs_is_left_as_it_was(model):
     data = model.mbs.systemData
     initial = exu.ConfigurationType.Initial
-    before = [0.1, 0.7, 0.7, -0.3, 0.7, 0.7]  # followers anywhere
+    before = [0.1, 0.7, 0.7, -0.3, 0.7, 0.7]  # dependent ones anywhere
     data.SetODE2Coordinates(before, configuration=initial)
     motion = leg.motion()
     try:
@@ -428,7 +434,7 @@ def test_the_mbs_is_left_as_it_was(model):
         model.skeleton.set_initial_arrays(np.zeros(6), np.zeros(6))
 
 
-def test_pictures_show_the_followers(model, runs):
+def test_pictures_show_dependent_coordinates(model, runs):
     result = runs["csf"]
     data = em.view.solution(result, model)["data"]
     np.testing.assert_array_equal(data[:, 1:7], model.state_of_tree(result.coordinates)[0])
@@ -449,32 +455,42 @@ def test_locked_and_linear():
 
 
 @pytest.mark.parametrize(
-    ("followers", "message"),
+    ("pairs", "message"),
     [
         ([("heel", "knee")], r"'heel' of 'knee': the tree has no coordinate 'heel', only hip"),
         ([("ankle", "heel")], r"'ankle' of 'heel': the tree has no coordinate 'heel', only hip"),
-        ([("ankle", "knee"), ("ankle", "hip")], "'ankle' follows more than once"),
+        ([("ankle", "knee"), ("ankle", "hip")], "'ankle' depends on more than one"),
         ([("ankle", "ankle")], "in a circle: ankle, ankle"),
         ([("toes", "ankle"), ("ankle", "toes")], "in a circle: toes, ankle, toes"),
     ],
 )
-def test_bad_followers(followers, message):
-    given = [em.Follower(name, of=of, function=em.linear_function(1.0)) for name, of in followers]
+def test_bad_dependent_coordinates(pairs, message):
+    given = [
+        em.DependentCoordinate(name, of=of, function=em.linear_function(1.0)) for name, of in pairs
+    ]
     model = leg.build()
     with pytest.raises(em.ParameterError, match=message):
         em.MusculoskeletalModel(
-            model.mbs, model.skeleton.object, model.muscles, coordinates=leg.NAMES, followers=given
+            model.mbs,
+            model.skeleton.object,
+            model.muscles,
+            coordinates=leg.NAMES,
+            dependent_coordinates=given,
         )
 
 
 def test_bad_arguments(model):
-    with pytest.raises(em.ParameterError, match=r"follower 'a': its function is a Curve.*got 0.5"):
-        em.Follower("a", of="b", function=0.5)
+    with pytest.raises(
+        em.ParameterError, match=r"dependent coordinate 'a': its function is a Curve.*got 0.5"
+    ):
+        em.DependentCoordinate("a", of="b", function=0.5)
     with pytest.raises(em.ParameterError, match="slope and intercept are finite, got nan"):
         em.linear_function(np.nan)
-    with pytest.raises(em.ParameterError, match="followers must be a list of Follower"):
+    with pytest.raises(
+        em.ParameterError, match="dependent_coordinates must be a list of Dependent"
+    ):
         em.MusculoskeletalModel(
-            model.mbs, model.skeleton.object, model.muscles, followers=["ankle"]
+            model.mbs, model.skeleton.object, model.muscles, dependent_coordinates=["ankle"]
         )
     motion = em.Motion.from_waypoints([0.0, 1.0], np.zeros((2, 6)))
     with pytest.raises(em.MotionError, match="6 coordinates, the model 2: hip, knee"):
@@ -482,5 +498,20 @@ def test_bad_arguments(model):
     with pytest.raises(em.ParameterError, match="ankle"):
         em.MusculoskeletalModel(
             model.mbs, model.skeleton.object, model.muscles, coordinates=leg.NAMES,
-            followers=leg.followers(), reserves=[em.Reserve("ankle", 1.0)],
+            dependent_coordinates=leg.dependent_coordinates(), reserves=[em.Reserve("ankle", 1.0)],
         )  # fmt: skip
+
+
+def test_former_names(model):
+    with pytest.warns(DeprecationWarning, match="Follower is now DependentCoordinate") as warned:
+        old = em.Follower("toes", of="ankle", function=em.linear_function(0.2))
+    assert warned[0].filename == __file__
+    assert isinstance(old, em.DependentCoordinate)
+    given = [old, *leg.dependent_coordinates()[1:]]
+    with pytest.warns(DeprecationWarning, match="followers= is now dependent_coordinates="):
+        built = em.MusculoskeletalModel(
+            model.mbs, model.skeleton.object, model.muscles, coordinates=leg.NAMES, followers=given
+        )
+    assert built.coordinates == model.coordinates
+    with pytest.warns(DeprecationWarning, match=r"model.dependent_coordinates"):
+        assert built.followers == built.dependent_coordinates == tuple(given)

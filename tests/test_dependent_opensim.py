@@ -1,6 +1,6 @@
 """A leg of OpenSim whose knee and patella slide along splines, in Exudyn: its equations of motion.
 
-One tree coordinate for every axis of a joint, most of them followers; the patella's own coordinate
+One tree coordinate for every axis of a joint, most of them dependent; the patella's own coordinate
 is coupled to the knee.
 """
 
@@ -48,7 +48,7 @@ def build(coupled):
             source.tree.joints, source.parents, source.frames, link_inertias(source), strict=True
         )
     ]
-    names, followers = [], []
+    names, coupled = [], []
     for k, (number, function) in enumerate(source.drives):
         coordinate = source.coordinates[number]
         x = np.array([-1.0, 0.5, 1.0])
@@ -56,7 +56,7 @@ def build(coupled):
             names.append(coordinate)
         else:
             names.append(f"{coordinate}, link {k}")
-            followers.append(em.Follower(names[-1], of=coordinate, function=function))
+            coupled.append(em.DependentCoordinate(names[-1], of=coordinate, function=function))
     for coordinate in sorted(set(source.coordinates) - set(names)):
         # No axis has its value: a point on a hinge of its own, which adds nothing to M.
         point = RigidBodyInertia(mass=1.0, inertiaTensor=np.zeros((3, 3)))
@@ -67,7 +67,7 @@ def build(coupled):
         function = curve(coupler.find("coupled_coordinates_function")[0])
         of = coupler.findtext("independent_coordinate_names").strip()
         dependent = coupler.findtext("dependent_coordinate_name").strip()
-        followers.append(em.Follower(dependent, of=of, function=function))
+        coupled.append(em.DependentCoordinate(dependent, of=of, function=function))
     mbs = exu.SystemContainer().AddSystem()
     tree = mbs.CreateKinematicTree(
         listOfTreeLinks=[
@@ -78,7 +78,7 @@ def build(coupled):
     )
     mbs.Assemble()
     model = em.MusculoskeletalModel(
-        mbs, tree, source.muscles, coordinates=names, followers=followers
+        mbs, tree, source.muscles, coordinates=names, dependent_coordinates=coupled
     )
     return model, source, numbers
 

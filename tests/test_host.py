@@ -161,7 +161,7 @@ def test_ode1_coordinates_are_second_order():
 
 
 def test_a_state_written_before_the_residual_is_the_one_that_counts():
-    """Followers are put in order there, accelerations included, and stay in the accepted state."""
+    """Dependent coordinates are put in order there, accelerations included, and stay so."""
     mbs, tree = pendulum()
     mbs.SetObjectParameter(tree, "jointForceVector", [0.0])
     state = mbs.systemData.GetSystemStateDict(reference=True)

@@ -35,7 +35,7 @@ def out_of_reach():
     return planar_arm.build(), motion
 
 
-def with_followers():
+def with_dependent_coordinates():
     model = leg.build()
     return model, em.Motion.from_waypoints([0.0, 0.02], [[0.1, -0.3], [0.11, -0.32]])
 
@@ -91,7 +91,7 @@ def test_in_every_line_of_a_run(tmp_path):
     known = set()
     for build, run in (
         *((one_joint, run) for run in (csf, static, css, plugin, forward, cmc)),
-        *((with_followers, run) for run in (csf, static, cmc)),
+        *((with_dependent_coordinates, run) for run in (csf, static, cmc)),
         (out_of_reach, csf),
     ):
         check(*build(), run, known, tmp_path)

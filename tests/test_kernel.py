@@ -2,6 +2,7 @@
 give the same bits as kernels just compiled."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import exudyn_muscles
+from exudyn_muscles.numerics.kernel import SOURCES
 
 EQUILIBRIUM = """
 from exudyn_muscles.muscle import equilibrium, parameters
@@ -53,6 +55,14 @@ def package(tmp_path):
     source = Path(exudyn_muscles.__file__).parent
     ignore = shutil.ignore_patterns("__pycache__")
     return Path(shutil.copytree(source, tmp_path / "exudyn_muscles", ignore=ignore))
+
+
+def test_all_kernels_are_in_the_sources():
+    root = Path(exudyn_muscles.__file__).parent
+    for file in root.rglob("*.py"):
+        if re.search(r"^@kernel", file.read_text(), re.MULTILINE):
+            name = file.relative_to(root)
+            assert {name.as_posix(), name.parts[0]} & set(SOURCES), name
 
 
 def test_a_change_in_another_file_is_seen(package):

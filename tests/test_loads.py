@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import exudyn_muscles as em
-from exudyn_muscles.path.tree import tree_frames
 from exudyn_muscles.skeleton.skeleton import Skeleton
+from exudyn_muscles.skeleton.tree import tree_frames
 
 from . import leg
 from .differences import gradient
@@ -244,7 +244,7 @@ def test_exudyns_own_run_is_that_of_the_equation():
 
 
 @pytest.mark.filterwarnings("ignore::exudyn_muscles.PathWarning")
-def test_a_leg_with_followers_is_pushed():
+def test_a_leg_with_dependent_coordinates_is_pushed():
     """At its toes by a constant force of ground, and at a fixed point by another."""
     start, force, at = (np.array([0.1, -0.6]), np.array([0.5, -2.0])), [30.0, -50.0], [0.2, -0.9]
     t = np.linspace(0.2, 0.8, 5)
@@ -420,7 +420,7 @@ def test_bad_records(changes, message):
 def test_records_that_do_not_fit_the_tree():
     for name in ("link", "force_expressed_in", "point_expressed_in"):
         with pytest.raises(
-            em.ParameterError, match=f"'push': {name} = 1 is not a link of the tree"
+            em.ParameterError, match=f"'push': {name} is on link 1, but the tree has links 0 to 0"
         ):
             pendulum(1, [dataclasses.replace(push(), **{name: 1})])
     mbs, tree = pendulum(1)

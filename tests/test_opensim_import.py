@@ -10,7 +10,7 @@ import pytest
 import exudyn_muscles as em
 from exudyn_muscles.opensim.bodies import Bodies
 from exudyn_muscles.opensim.document import read_document
-from exudyn_muscles.path.geometry import Geometry
+from exudyn_muscles.skeleton.geometry import Geometry
 
 from .differences import gradient
 from .opensim import REFERENCE, needs_opensim_files, numbers_of, with_opensims
@@ -784,7 +784,7 @@ def changed(of, old, new):
         ({"joints": changed(PIN, '"angle">', '"angle"><locked>maybe</locked>')},
          "locked: expected true or false, got 'maybe'"),
         ({"rest": COUPLER.format(coupled("c"))}, "'c': there is no coordinate 'c'"),
-        ({"rest": COUPLER.format(coupled("angle", of="angle"))}, "followers in a circle: angle"),
+        ({"rest": COUPLER.format(coupled("angle", of="angle"))}, "in a circle: angle"),
         ({"rest": COUPLER.format(coupled("angle", of="a b"))},
          "independent_coordinate_names: a function of several coordinates"),
         ({"rest": COUPLER.format(coupled("b")).replace("</objects>", SECOND), "joints": UNIVERSAL},

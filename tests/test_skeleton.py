@@ -14,9 +14,9 @@ from exudyn.kinematicTree import Inertia2T66, KinematicTree66
 from exudyn.utilities import RigidBodyInertia
 
 import exudyn_muscles as em
-from exudyn_muscles.path.tree import tree_frames
 from exudyn_muscles.skeleton.hold import Hold
 from exudyn_muscles.skeleton.skeleton import Skeleton
+from exudyn_muscles.skeleton.tree import tree_frames
 
 from .differences import gradient
 from .path.trees import JOINTS, add_tree, random_links
@@ -381,12 +381,20 @@ def test_not_a_tree():
         Skeleton(mbs, body)
 
 
-@pytest.mark.parametrize("number", [99, -1, None, "arm"])
+@pytest.mark.parametrize("number", [99, -1, None, "arm", True, 0.0, exu.ObjectIndex(99)])
 def test_not_an_object(number):
     mbs, _ = unassembled()
     mbs.Assemble()
     with pytest.raises(em.ModelError, match="is not an object of this mbs"):
         Skeleton(mbs, number)
+
+
+def test_a_number_of_another_list():
+    mbs, tree = unassembled()
+    node = mbs.GetObject(tree)["nodeNumber"]
+    mbs.Assemble()
+    with pytest.raises(em.ModelError, match=r"NodeIndex\(0\), one of the mbs's nodes is not"):
+        Skeleton(mbs, node)
 
 
 def test_algebraic_constraints():
@@ -404,7 +412,7 @@ def test_algebraic_constraints():
         f"RigidBody 'object{int(body)}' (object {int(body)})",
         "JointRevoluteZ 'object4' (object 4)",
         "RotationRxyz",
-        "followers",
+        "dependent_coordinates",
     ):
         assert what in str(caught.value)
     assert "Ground" not in str(caught.value)

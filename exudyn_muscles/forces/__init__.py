@@ -1,1 +1,1 @@
-"""What acts on a skeleton beside the muscles: ideal actuators."""
+"""What acts at points of links and on coordinates, and J^T: generalized forces of it."""

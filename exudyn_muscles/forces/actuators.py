@@ -7,22 +7,24 @@ the coordinates.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
-from ..checks import link_number, number_within, three_numbers
+from ..checks import check_link_exists, link_number, number_within, three_numbers
 from ..errors import ParameterError
 from ..numerics.kernel import kernel
-from ..path.tree import GROUND, PRISMATIC, Tree, tree_frames
+from ..path.frames import GROUND, turned
+from ..path.pulls import FORCE, ON_LINK, PULL_COLUMNS, Pulls, pull_coordinate
+from .jacobian import ON_LINK_AS_TORQUE, generalized
 
 # Columns of the table of actuators: what, on which coordinate or link, against which link, and in
 # whose frame position and direction are.
 KIND, ON, AGAINST, POINT_FRAME, FRAME, POSITION, DIRECTION, COLUMNS = (
     0, 1, 2, 3, 4, slice(5, 8), slice(8, 11), 11
 )  # fmt: skip
-COORDINATE, FORCE, TORQUE = 0.0, 1.0, 2.0
+COORDINATE, POINT_FORCE, TORQUE = 0.0, 1.0, 2.0
 # Beyond these, quadratic programs no longer see what the muscles cost, or can do, beside it.
 OPTIMAL_FORCES = 1e-3, 1e6
 
@@ -170,95 +172,51 @@ def actuator_names(actuators: Sequence[Actuator]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def compile_columns(
-    actuators: Sequence[Actuator],
-    tree: Tree,
-    names: Sequence[str],
-    coordinates: Sequence[str],
-) -> Callable[[np.ndarray], np.ndarray]:
-    """The function q (N,) -> S (N, r) of these actuators.
+def actuator_table(
+    actuators: Sequence[Actuator], names: Sequence[str], coordinates: Sequence[str], links: int
+) -> np.ndarray:
+    """The actuators as `columns` takes them, a row each.
 
     Parameters
     ----------
     actuators : sequence of Actuator
-    tree : Tree
     names : sequence of str
-        Of all N coordinates of the tree.
+        Of all coordinates of the tree.
     coordinates : sequence of str
         Of the independent ones, which alone have reserves.
+    links : int
+        Number of the tree's links.
 
     Raises
     ------
     ParameterError
         An actuator acts on a coordinate or link that does not exist.
     """
-    table = np.array([_row(each, names, coordinates, len(tree)) for each in actuators])
-    table = table.reshape(len(actuators), COLUMNS)
-    if (table[:, KIND] == COORDINATE).all():
-        constant = np.zeros((len(tree), len(actuators)))
-        constant[table[:, ON].astype(int), np.arange(len(actuators))] = 1.0
-        constant.setflags(write=False)
-        return lambda q: constant
-
-    def of_tree(q: np.ndarray) -> np.ndarray:
-        S = np.empty((len(tree), len(actuators)))
-        columns(tree.joints, tree.parents, *tree_frames(tree, q), table, S)
-        return S
-
-    return of_tree
+    rows = [_row(actuator, names, coordinates, links) for actuator in actuators]
+    return np.array(rows).reshape(-1, COLUMNS)
 
 
 @kernel(allocates=True)
 def columns(joints, parents, R, p, axes, table, S):
-    """Write S (N, r) of all coordinates of the tree, whose links have the frames R, p, axes."""
-    x, d = np.empty(3), np.empty(3)
-    S[:] = 0.0
-    for k in range(table.shape[0]):
-        row = table[k]
+    """Write S (N, r) of all coordinates of a tree, whose links have the frames R, p, axes."""
+    r = table.shape[0]
+    kinds, links = np.empty(2 * r, np.int64), np.empty(2 * r, np.int64)
+    values = np.empty((2 * r, PULL_COLUMNS))
+    pulls = Pulls(kinds, links, values, 2 * np.arange(r), 2 * np.arange(r) + 2)
+    for i in range(r):
+        k, row = 2 * i, table[i]
         if row[KIND] == COORDINATE:
-            S[int(row[ON]), k] = 1.0
+            pulls.lasts[i] = pull_coordinate(pulls, k, int(row[ON]), 1.0)
             continue
-        turned(R, int(row[FRAME]), row[DIRECTION], d)
+        kinds[k : k + 2] = ON_LINK_AS_TORQUE if row[KIND] == TORQUE else ON_LINK
+        links[k], links[k + 1] = int(row[ON]), int(row[AGAINST])
+        turned(R, int(row[FRAME]), row[DIRECTION], values[k, FORCE:])
         at = int(row[POINT_FRAME])
-        turned(R, at, row[POSITION], x)
+        turned(R, at, row[POSITION], values[k, :FORCE])
         if at >= 0:
-            for i in range(3):
-                x[i] += p[at, i]
-        moment = row[KIND] == TORQUE
-        act(joints, parents, p, axes, int(row[ON]), x, d, moment, 1.0, S, k)
-        act(joints, parents, p, axes, int(row[AGAINST]), x, d, moment, -1.0, S, k)
-
-
-@kernel
-def turned(R, link, v, x):
-    """Write a vector of a link's frame, or of ground, as x in ground."""
-    for i in range(3):
-        if link < 0:
-            x[i] = v[i]
-        else:
-            x[i] = R[link, i, 0] * v[0] + R[link, i, 1] * v[1] + R[link, i, 2] * v[2]
-
-
-@kernel
-def act(joints, parents, p, axes, link, x, d, moment, sign, S, k):
-    """Add the column of a force `d` at `x`, or of a torque `d`, on a link and so on all joints that
-    bear it."""
-    j = link
-    while j >= 0:
-        e = axes[j]
-        if moment:
-            if joints[j] < PRISMATIC:
-                S[j, k] += sign * (e[0] * d[0] + e[1] * d[1] + e[2] * d[2])
-        elif joints[j] >= PRISMATIC:
-            S[j, k] += sign * (e[0] * d[0] + e[1] * d[1] + e[2] * d[2])
-        else:
-            a, b, c = x[0] - p[j, 0], x[1] - p[j, 1], x[2] - p[j, 2]
-            S[j, k] += sign * (
-                e[0] * (b * d[2] - c * d[1])
-                + e[1] * (c * d[0] - a * d[2])
-                + e[2] * (a * d[1] - b * d[0])
-            )
-        j = parents[j]
+            values[k, :FORCE] += p[at]
+        values[k + 1] = -values[k]  # at most a torque, which has no point
+    generalized(joints, parents, p, axes, pulls, S.T)
 
 
 def _row(
@@ -275,16 +233,13 @@ def _row(
         row[KIND], row[ON] = COORDINATE, list(names).index(actuator.coordinate)
         return row
     others = [actuator.link, actuator.against if isinstance(actuator, TorqueActuator) else GROUND]
-    if max(others) >= links:
-        raise ParameterError(
-            f"actuator '{actuator.name}': there is no link {max(others)}, the tree has {links}"
-        )
+    check_link_exists(f"actuator '{actuator.name}'", max(others), links)
     row[ON], row[AGAINST] = others
     if isinstance(actuator, TorqueActuator):
         row[KIND], row[DIRECTION] = TORQUE, actuator.axis
         row[FRAME] = GROUND if actuator.torque_is_global else actuator.link
         return row
-    row[KIND], row[POSITION], row[DIRECTION] = FORCE, actuator.point, actuator.direction
+    row[KIND], row[POSITION], row[DIRECTION] = POINT_FORCE, actuator.point, actuator.direction
     row[POINT_FRAME] = GROUND if actuator.point_is_global else actuator.link
     row[FRAME] = GROUND if actuator.force_is_global else actuator.link
     return row

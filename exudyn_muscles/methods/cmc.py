@@ -18,9 +18,9 @@ from ..checks import check_settings, check_step
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
-from ..path.geometry import Geometry
 from ..results.trajectory import Trajectory
 from ..simulation.run import number_of_steps, simulate
+from ..skeleton.geometry import Geometry
 from .recruiting import MuscleOptimization
 from .tracking import Tracking, TrackingSettings, tracking_start
 from .unified import UnifiedPlugin, UnifiedState

@@ -9,8 +9,8 @@ import numpy as np
 
 from ..errors import SimulationError
 from ..model import MusculoskeletalModel
-from ..path.geometry import Geometry
 from ..simulation.state import RunState
+from ..skeleton.geometry import Geometry
 from .cosimulation_settings import CosimulationSettings
 from .recruiting import Excited, MuscleOptimization, Opened, Recruited
 from .tracking import Tracking

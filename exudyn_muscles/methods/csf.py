@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..path.geometry import Geometry
 from ..simulation.solver import request_jacobian
+from ..skeleton.geometry import Geometry
 from .cosimulation_settings import FirstIterate
 from .coupled import CoupledScheme, CoupledState
 from .recruiting import Excited

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import StabilityWarning, warn
-from ..path.geometry import Geometry
+from ..skeleton.geometry import Geometry
 from .cosimulation_settings import CosimulationSettings, Predictor
 from .coupled import CoupledScheme, CoupledState
 from .recruiting import Excited

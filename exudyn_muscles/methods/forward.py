@@ -12,11 +12,11 @@ from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..muscle.arguments import check_range
 from ..muscle.equilibrium import equilibrium
-from ..path.geometry import Geometry
 from ..results.excitations import Excitations
 from ..results.recorder import Window
 from ..results.trajectory import Trajectory
 from ..simulation.run import simulate
+from ..skeleton.geometry import Geometry
 from .unified import UnifiedPlugin, UnifiedState
 
 

@@ -19,7 +19,6 @@ import numpy as np
 from ..errors import ParameterError, UnmetTorqueError
 from ..model import MusculoskeletalModel
 from ..muscle.parameters import MuscleSet
-from ..path.geometry import Geometry
 from ..recruitment.limits import Limits
 from ..recruitment.optimization import Recruiter
 from ..recruitment.problem import Recruitment
@@ -29,6 +28,7 @@ from ..recruitment.windows import MuscleState, OpenWindow, Reach, Windows, open_
 from ..recruitment.windows import excite as excitations_of
 from ..results.counts import Counts
 from ..results.recorder import Window
+from ..skeleton.geometry import Geometry
 
 
 class Opened(NamedTuple):

@@ -24,7 +24,7 @@ from ..simulation.ending import warn_of_unmet_torque
 from ..simulation.run import number_of_steps
 from ..skeleton.external_forces import check_external_forces
 from ..skeleton.hold import hold
-from ..skeleton.skeleton import original, raise_as_itself
+from ..skeleton.system import original, raise_as_itself
 from .recruiting import MuscleOptimization
 
 
@@ -111,7 +111,6 @@ def static_optimization(
             FrozenBodiesWarning,
         )
     skeleton.check_assembled()
-    skeleton.attach_views()
     with hold(model.mbs) as held:
         # The evaluations below move the mbs; the user's current state is put back at the end.
         held.keep(partial(skeleton.restore, skeleton.snapshot()))

@@ -21,18 +21,18 @@ from ..muscle.parameters import MuscleTables
 from ..muscle.trapezoidal import step
 from ..numerics.curves import PackedCurves
 from ..numerics.kernel import kernel
-from ..path.geometry import Geometry, path_geometry, path_tables
 from ..results.recorder import Window
 from ..simulation.plugin import Plugin
 from ..simulation.solver import request_jacobian
 from ..simulation.state import RunState
+from ..skeleton.geometry import Geometry, geometry_tables, tree_geometry
 
 
 @kernel
 def unified_step(
     table, grids, bins, pieces, joints, parents, rotations, offsets, base, reference, positions,
     links, starts, bent, rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors,
-    factor_starts, tags, space, q, v, h, start, trial, r, torque,
+    factor_starts, integers, numbers, q, v, h, start, trial, r, torque,
 ):  # fmt: skip
     """One step of all muscles to the iterate q, q'.
 
@@ -42,10 +42,10 @@ def unified_step(
     # Handed over from Python as a tuple they would take a microsecond more.
     tables = MuscleTables(table, PackedCurves(grids, bins, pieces))
     l, l_rate = trial[2], trial[3]
-    failed = path_geometry(
+    failed = tree_geometry(
         joints, parents, rotations, offsets, base, reference, positions, links, starts, bent,
         rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors, factor_starts,
-        tags, space, q, v, l, l_rate, r,
+        integers, numbers, q, v, l, l_rate, r,
     )  # fmt: skip
     if failed >= 0:
         return failed
@@ -107,7 +107,7 @@ class UnifiedPlugin(Plugin):
         tables = model.muscles.tables
         # Copies, because numba takes 0.2 us longer over every array that is read-only.
         laws = (array.copy() for array in (tables.table, *tables.curves))
-        self._tables = (*laws, *path_tables(model.skeleton.tree, model.paths))
+        self._tables = (*laws, *geometry_tables(model.skeleton.tree, model.paths))
         # Start and trial of a step, as `unified_step` has them.
         self._start, self._trial = np.empty((5, m)), np.empty((6, m))
         self._arms, self._torque = np.empty((m, n)), np.empty(n)
@@ -155,10 +155,10 @@ class UnifiedPlugin(Plugin):
 
     def torque(self, t: float, first: bool) -> np.ndarray:
         state, skeleton = self.state, self.skeleton
+        q, v = skeleton.tree_state()
         failed = unified_step(
-            *self._tables, skeleton.tree_q, skeleton.tree_v, state.step, self._start, self._trial,
-            self._arms, self._torque,
-        )  # fmt: skip
+            *self._tables, q, v, state.step, self._start, self._trial, self._arms, self._torque
+        )
         if failed >= 0:
             self.model.geometry(skeleton.q, skeleton.v)  # raises if it was that
             raise WindowError(
@@ -167,8 +167,8 @@ class UnifiedPlugin(Plugin):
             )
         torque = self._torque
         if state.reserve_now.size:
-            torque = torque + self.model.columns(skeleton.tree_q) @ state.reserve_now
-        return skeleton.reduced(torque) if self.dependent else torque
+            torque = torque + self.model.columns(q) @ state.reserve_now
+        return skeleton.reduced(torque)
 
     def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
         # dF/dq = -F_l r and dF/dq' = -F_v r; how r changes matters little within a step.

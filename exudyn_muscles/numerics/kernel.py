@@ -15,7 +15,10 @@ from .compilation import tell_of_compilation
 from .kernel_cache import kernel_cache
 
 # Kernels call each other and freeze constants across these files.
-SOURCES = ("numerics", "muscle", "path", "forces", "recruitment", "methods/unified.py")
+SOURCES = (
+    "numerics", "muscle", "path", "forces", "skeleton/tree.py", "skeleton/geometry.py",
+    "skeleton/dependent.py", "recruitment", "methods/unified.py",
+)  # fmt: skip
 
 
 def kernel(

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from ..forces.actuators import Actuator, PointActuator, Reserve, TorqueActuator
-from ..path.tree import GROUND
+from ..path.frames import GROUND
 from .bodies import Bodies
 from .document import ON, Element
 from .frames import Place

@@ -15,8 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..path.followers import Follower, linear_function
-from ..path.tree import GROUND, PRISMATIC
+from ..path.frames import GROUND
+from ..skeleton.coupling import DependentCoordinate, linear_function
+from ..skeleton.tree import PRISMATIC
 from .couplers import Coupler, read_couplers
 from .document import Element
 from .frames import ZERO, Place, Z, aligned, moved, pose
@@ -56,7 +57,7 @@ class Link(NamedTuple):
     name : str
         Of the link's coordinate: that of `coordinate`, or of an axis that is a function of it.
     coordinate : Coordinate
-    follows : Follower or None
+    follows : DependentCoordinate or None
         None: the link's coordinate is independent.
     inertia : Inertia
     """
@@ -66,7 +67,7 @@ class Link(NamedTuple):
     frame: np.ndarray
     name: str
     coordinate: Coordinate
-    follows: Follower | None
+    follows: DependentCoordinate | None
     inertia: Inertia
 
 
@@ -251,7 +252,9 @@ class Bodies:
                 H = H @ moved(axis, axis.function.value)
             else:
                 name = f"{name}/{axis.element.name}"
-                follows = Follower(name, of=axis.coordinate.name, function=as_curve(axis.function))
+                follows = DependentCoordinate(
+                    name, of=axis.coordinate.name, function=as_curve(axis.function)
+                )
             number, turn = aligned(direction)
             joint = number if axis.rotates else number + PRISMATIC
             nothing = Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
@@ -277,7 +280,7 @@ class Bodies:
                 function = linear_function(0.0, float(function(self.locked[of])))
                 of = free[0]
             number = numbers[name]
-            follows = Follower(name, of=of, function=function)
+            follows = DependentCoordinate(name, of=of, function=function)
             self.links[number] = self.links[number]._replace(follows=follows)
 
     def _add_inertia(self, place: Place, body: Element) -> None:

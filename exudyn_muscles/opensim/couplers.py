@@ -39,11 +39,11 @@ def read_couplers(model: Element) -> dict[str, Coupler]:
         if len(names) > 1:
             where = item.get("independent_coordinate_names")
             raise where.error("a function of several coordinates")
-        follower = item.word("dependent_coordinate_name")
-        if follower in couplers:
-            line = couplers[follower].element.line
-            raise item.error(f"coordinate '{follower}' is coupled already, in line {line}")
+        dependent = item.word("dependent_coordinate_name")
+        if dependent in couplers:
+            line = couplers[dependent].element.line
+            raise item.error(f"coordinate '{dependent}' is coupled already, in line {line}")
         function = item.object("coupled_coordinates_function")
         given = read_function(function, item.number("scale_factor", 1.0))
-        couplers[follower] = Coupler(names[0], given, item)
+        couplers[dependent] = Coupler(names[0], given, item)
     return couplers

@@ -9,8 +9,8 @@ import numpy as np
 
 from ..errors import ParameterError, StorageError
 from ..files.storage import Storage, read_storage
-from ..path.tree import GROUND
-from ..skeleton.external_forces import ExternalForce
+from ..forces.external import ExternalForce
+from ..path.frames import GROUND
 from .bodies import Bodies
 from .document import NOT_GIVEN, ON, Element, read_document
 from .frames import Place

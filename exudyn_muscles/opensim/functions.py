@@ -8,7 +8,7 @@ import numpy as np
 
 from ..numerics.curves import Curve
 from ..numerics.splines import simm_spline
-from ..path.followers import linear_function
+from ..skeleton.coupling import linear_function
 from .document import Element
 
 # A polynomial goes on along its tangent beyond these.

@@ -11,10 +11,12 @@ import exudyn as exu
 import numpy as np
 from exudyn.utilities import RigidBodyInertia, TreeLink
 
+from ..forces.external import ExternalForce
 from ..model import MusculoskeletalModel
-from ..path.followers import Follower, Followers
-from ..skeleton.external_forces import ExternalForce, add_external_force
-from ..skeleton.skeleton import JOINTS
+from ..skeleton.coupling import DependentCoordinate
+from ..skeleton.dependent import Dependent
+from ..skeleton.external_forces import add_external_force
+from ..skeleton.system import JOINTS
 from .actuators import ACTUATORS, read_actuator
 from .bodies import Bodies, Link
 from .document import read_document
@@ -52,10 +54,11 @@ def load_model(
 
     Bodies behind a weld join its parent's link, a joint with several coordinates becomes as many
     links. Axes that are functions of a coordinate, and coordinates coupled to others, become
-    followers. Coordinates have the file's names and OpenSim's values; a locked one is no coordinate
-    but keeps its default value. The file's default pose is the system's initial state, in which
-    followers are where they belong. Coordinate, point and torque actuators become ideal ones; those
-    on what cannot move, a locked coordinate or ground, do nothing in OpenSim and are left out.
+    dependent ones. Coordinates have the file's names and OpenSim's values; a locked one is no
+    coordinate but keeps its default value. The file's default pose is the system's initial state,
+    in which dependent coordinates are where they belong. Coordinate, point and torque actuators
+    become ideal ones; those on what cannot move, a locked coordinate or ground, do nothing in
+    OpenSim and are left out.
 
     Parameters
     ----------
@@ -120,11 +123,16 @@ def read_model(
     gravity = model.vector("gravity", default=(0.0, -9.80665, 0.0))
     forces = [] if external_loads is None else read_external_loads(external_loads, bodies)
     names = [link.name for link in bodies.links]
-    followers = [link.follows for link in bodies.links if link.follows is not None]
+    dependent = [link.follows for link in bodies.links if link.follows is not None]
     with model.blamed():
-        mbs, tree = _build(bodies.links, followers, gravity, forces)
+        mbs, tree = _build(bodies.links, dependent, gravity, forces)
         built = MusculoskeletalModel(
-            mbs, tree, muscles, coordinates=names, followers=followers, reserves=reserves
+            mbs,
+            tree,
+            muscles,
+            coordinates=names,
+            dependent_coordinates=dependent,
+            reserves=reserves,
         )
     return Content(built, tuple(bodies.coordinates), frozenset(idle))
 
@@ -140,25 +148,26 @@ def read_coordinates(file: str | Path) -> tuple[Coordinate, ...]:
     return tuple(Bodies(read_document(file)).coordinates)
 
 
-def _start(links: list[Link], followers: list[Follower]) -> tuple[np.ndarray, np.ndarray]:
+def _start(
+    links: list[Link], dependent: list[DependentCoordinate]
+) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates and speeds of all links in the file's default pose."""
     values = np.array([link.coordinate.default_value for link in links])
     speeds = np.array([link.coordinate.default_speed for link in links])
-    if followers:
-        among = Followers(followers, [link.name for link in links])
-        free = among.free
-        (values, speeds, _), _ = among.state(values[free], speeds[free], np.zeros(len(free)))
+    if dependent:
+        basis = Dependent(dependent, [link.name for link in links])
+        values, speeds = basis.state_of_tree(basis.part(values), basis.part(speeds))
     return values, speeds
 
 
 def _build(
     links: list[Link],
-    followers: list[Follower],
+    dependent: list[DependentCoordinate],
     gravity: np.ndarray,
     forces: list[ExternalForce],
 ) -> tuple[exu.MainSystem, int]:
     """The assembled system and its tree."""
-    q, v = _start(links, followers)
+    q, v = _start(links, dependent)
     SC = exu.SystemContainer()
     mbs = SC.AddSystem()
     tree = mbs.CreateKinematicTree(

@@ -1,4 +1,1 @@
-"""Musculotendon geometry: length l, lengthening speed l' and moment arms r = -dl/dq.
-
-Plain functions of arrays; the tree's arrays come from the skeleton.
-"""
+"""Muscle paths: frames of links in; lengths, and pulls at links and coordinates, out."""

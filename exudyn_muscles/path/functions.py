@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import ParameterError
 from ..numerics.curves import Curve, evaluate
 from ..numerics.kernel import kernel
+from .pulls import pull_coordinate
 
 # Columns of `Paths.factors`: number and coefficient of the term; coordinate, -1 for none; exponent
 # or curve, -1 for the other.
@@ -76,24 +77,25 @@ def factor_at(factors, curves, k, q):
 
 
 @kernel
-def function_geometry(factors, curves, first, last, q, r_i):
-    """The length from the rows `first` to `last`; its negative slopes are added to `r_i`."""
+def function_pulls(factors, curves, first, last, q, pulls, k):
+    """The length from the rows `first` to `last`, and the number of the row after its pulls, which
+    begin with row `k`."""
     length = 0.0
-    k = first
-    while k < last:
-        end = k
-        value = factors[k, COEFFICIENT]
-        while end < last and factors[end, TERM] == factors[k, TERM]:
+    row = first
+    while row < last:
+        end = row
+        value = factors[row, COEFFICIENT]
+        while end < last and factors[end, TERM] == factors[row, TERM]:
             one, _ = factor_at(factors, curves, end, q)
             value *= one
             end += 1
         length += value
-        for a in range(k, end):
-            change = factors[k, COEFFICIENT]
-            for b in range(k, end):
+        for a in range(row, end):
+            change = factors[row, COEFFICIENT]
+            for b in range(row, end):
                 one, slope = factor_at(factors, curves, b, q)
                 change *= slope if a == b else one
             if factors[a, FACTOR_COORDINATE] >= 0.0:
-                r_i[int(factors[a, FACTOR_COORDINATE])] -= change
-        k = end
-    return length
+                k = pull_coordinate(pulls, k, int(factors[a, FACTOR_COORDINATE]), -change)
+        row = end
+    return length, k

@@ -1,8 +1,8 @@
-"""l, l' and r = -dl/dq of all muscles' paths in one compiled pass.
+"""Lengths of all muscles' paths, and what a unit of force in each does to links and coordinates.
 
-For a segment from A to B with unit direction e, dl = e . (dB - dA). A revolute joint with axis z
-through o moves a point x of the links behind it by z x (x - o) dq, a prismatic one by z dq. A
-moving point has its own velocity on its link besides.
+Along a segment from A to B with unit direction e a muscle pulls with e at A and with -e at B, and
+dl = e . (dB - dA). A moving point has its own velocity on its link besides, so that the muscle also
+pulls at the point's coordinate.
 
 The same holds where a muscle wraps: the tangent points move with the surface's link. That they
 also slide on the surface does not change the length, because a geodesic that the straight parts
@@ -13,29 +13,26 @@ surfaces touch, e is the geodesic's direction there.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..errors import WrappingError
 from ..numerics.curves import PackedCurves, evaluate
 from ..numerics.kernel import kernel
-from .functions import function_geometry
-from .geodesic import follow_geodesic, steps_over
-from .points import COORDINATE, CURVES, Paths
-from .rope import distance, from_surface, is_arc, lay, surface_frames
-from .surfaces import CYLINDER, FIRST, HALF_LENGTH, LAST, LINK, RADII, SHAPE
-from .tree import PRISMATIC, Tree, link_frames, tree_frames
+from .frames import point_positions
+from .functions import function_pulls
+from .paths import COORDINATE, CURVES, Paths
+from .pulls import PULL_COLUMNS, Pulls, pull_coordinate, pull_link
+from .rope import distance, is_arc, lay
+from .surfaces import LINK
 from .wrapping import FIRST_DIRECTION, SECOND_DIRECTION
 
 X = CURVES.start
 
-PARTS_OF_AN_ARC = 12  # in pictures
-
-# Numbers in the kernels' work space: a wrap's contact, frame and arc; a trial, an ellipsoid's.
-WORK_PER_WRAP, WORK = 12 + 12 + 1, 33 + 160
+# Sizes ahead of the integers of a work space: points of the longest rope, most surfaces, pulls.
+POINTS, SURFACES, PULLS, SIZES = range(4)
+# Numbers in it: a surface's contact, frame and arc; a trial, an ellipsoid's.
+PER_SURFACE, WORK = 12 + 12 + 1, 33 + 160
 
 # A straight part that is shorter takes its direction from the surface that it touches [m]: of its
 # ends' difference rounding would leave too little.
@@ -43,89 +40,194 @@ SHORT = 1e-7
 # Path points so close together are one [m]; between them there is no direction.
 COINCIDENT = 1e-13
 
-NO_COLUMNS = np.empty((0, 0))
+
+class PathTables(NamedTuple):
+    """What kernels take of `Paths`, under the same names."""
+
+    positions: np.ndarray
+    links: np.ndarray
+    starts: np.ndarray
+    bent: np.ndarray
+    rules: np.ndarray
+    curves: PackedCurves
+    wraps: np.ndarray
+    wrap_starts: np.ndarray
+    factors: np.ndarray
+    factor_starts: np.ndarray
 
 
-class Geometry(NamedTuple):
-    """Musculotendon geometry of m muscles on n coordinates.
+def path_tables(paths: Paths) -> PathTables:
+    """The tables of these paths."""
+    # Copies, because numba takes 0.2 us longer over every array that is read-only.
+    curves = PackedCurves(*(array.copy() for array in paths.curves))
+    return PathTables(*(getattr(paths, name) for name in PathTables._fields))._replace(
+        curves=curves
+    )
 
-    `length` l (m,) [m], `lengthening_speed` l' (m,) [m/s], `moment_arms` r (m, n) [m or 1],
-    r = -dl/dq, so that the torques are r^T F. Ideal actuators with the forces f (k,) add S f;
-    `columns` are S (n, k).
+
+class Room(NamedTuple):
+    """Where bent muscles are laid, one after the other: a rope, and what `lay` writes of it."""
+
+    rope: np.ndarray
+    tags: np.ndarray
+    contacts: np.ndarray
+    frames: np.ndarray
+    arcs: np.ndarray
+    trial: np.ndarray
+    work: np.ndarray
+
+
+def space_for(paths: Paths) -> tuple[np.ndarray, np.ndarray]:
+    """The integers and numbers that `path_geometry` works on."""
+    surfaces = np.diff(paths.wrap_starts)
+    points = np.diff(paths.starts) + 2 * surfaces
+    pulls = 2 * points  # more than one at each end of a segment
+    pulls[paths.bent] *= 4  # and where a point moves, three more
+    sizes = points.max(), surfaces.max(), pulls.sum() + len(paths.factors)
+    room = 3 * sizes[POINTS] + PER_SURFACE * sizes[SURFACES] + WORK
+    numbers = 3 + PULL_COLUMNS * sizes[PULLS] + paths.positions.size + room
+    return (
+        np.array([*sizes, *np.zeros(2 * (len(points) + sizes[PULLS]) + sizes[POINTS])], dtype=int),
+        np.empty(numbers),
+    )
+
+
+@kernel
+def path_geometry(paths, R, p, q, integers, numbers, l):
+    """Write l (m,) of the `PathTables` where the links have the frames R, p.
+
+    Returns the `Pulls` and the first muscle for which no geodesic was found, or -1. The pulls
+    belong to the work space `integers`, `numbers`, which the next call overwrites.
     """
-
-    length: np.ndarray
-    lengthening_speed: np.ndarray
-    moment_arms: np.ndarray
-    columns: np.ndarray = NO_COLUMNS
+    m, points, rows = l.size, paths.links.size, integers[PULLS]
+    a, b = SIZES + 2 * m, SIZES + 2 * m + rows
+    c, d = 3 + PULL_COLUMNS * rows, 3 + PULL_COLUMNS * rows + 3 * points
+    e, x = numbers[:3], numbers[c:d].reshape((points, 3))
+    pulls = Pulls(
+        integers[a:b], integers[b : b + rows], numbers[3:c].reshape((rows, PULL_COLUMNS)),
+        integers[SIZES : SIZES + m], integers[SIZES + m : a],
+    )  # fmt: skip
+    point_positions(paths.positions, paths.links, R, p, x)
+    k, next_bent = 0, 0
+    for i in range(m):
+        if next_bent < paths.bent.size and paths.bent[next_bent] == i:
+            next_bent += 1
+            continue
+        pulls.firsts[i] = k
+        l[i], k = straight_path(x, paths.links, paths.starts[i], paths.starts[i + 1], e, pulls, k)
+        pulls.lasts[i] = k
+    if paths.bent.size == 0:
+        return pulls, -1
+    room = room_in(integers[b + rows :], numbers[d:], integers[SURFACES])
+    for i in paths.bent:
+        pulls.firsts[i] = k
+        l[i], k = bent_path(paths, i, R, p, q, x, e, room, pulls, k)
+        pulls.lasts[i] = k
+        if math.isnan(l[i]):
+            return pulls, i
+    return pulls, -1
 
 
 @kernel
-def point_positions(positions, links, base, R, p, x):
-    """Global positions (k, 3) of all path points, written in place."""
-    for k in range(links.size):
-        link = links[k]
+def room_in(tags, numbers, surfaces):
+    """The `Room` in what is left of a work room."""
+    a = 3 * tags.size
+    b, c, d = a + 12 * surfaces, a + 24 * surfaces, a + PER_SURFACE * surfaces
+    return Room(
+        numbers[:a].reshape((tags.size, 3)), tags,
+        numbers[a:b].reshape((4 * surfaces, 3)), numbers[b:c].reshape((4 * surfaces, 3)),
+        numbers[c:d], numbers[d : d + 33].reshape((11, 3)), numbers[d + 33 :].reshape((20, 8)),
+    )  # fmt: skip
+
+
+@kernel(inline=True)
+def straight_path(x, links, first, last, e, pulls, k):
+    """Length of a muscle through the fixed points `first` to `last`, and the number of the row
+    after its pulls."""
+    length = 0.0
+    for a in range(first, last - 1):
         for row in range(3):
-            if link < 0:
-                x[k, row] = positions[k, row]
-            else:
-                x[k, row] = (
-                    p[link, row]
-                    + R[link, row, 0] * positions[k, 0]
-                    + R[link, row, 1] * positions[k, 1]
-                    + R[link, row, 2] * positions[k, 2]
-                )
+            e[row] = x[a + 1, row] - x[a, row]
+        d = math.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
+        length += d
+        if links[a] == links[a + 1] or d < COINCIDENT:
+            continue
+        for row in range(3):
+            e[row] /= d
+        k = pull_link(pulls, k, links[a + 1], x, a + 1, e, -1.0)
+        k = pull_link(pulls, k, links[a], x, a, e, 1.0)
+    return length, k
 
 
 @kernel
-def add_motion(joints, parents, p, axes, link, x, k, e, sign, r_i):
-    """Add sign * e . dx/dq of point `k` on `link` to the row `r_i`."""
-    j = link
-    while j >= 0:
-        z_x, z_y, z_z = axes[j, 0], axes[j, 1], axes[j, 2]
-        if joints[j] >= PRISMATIC:
-            r_i[j] += sign * (e[0] * z_x + e[1] * z_y + e[2] * z_z)
+def bent_path(paths, i, R, p, q, x, e, room, pulls, k):
+    """As `straight_path`, of any other muscle; a length of NaN where it finds no way."""
+    length, tags, rope = 0.0, room.tags, room.rope
+    first, last = paths.factor_starts[i], paths.factor_starts[i + 1]
+    if first < last:
+        length, k = function_pulls(paths.factors, paths.curves, first, last, q, pulls, k)
+    move_points(paths, R, q, paths.starts[i], paths.starts[i + 1], x)
+    count = lay(
+        paths.rules, paths.starts, paths.wraps, paths.wrap_starts, i, R, p, x, q, rope, tags,
+        room.contacts, room.frames, room.trial, room.arcs, room.work,
+    )  # fmt: skip
+    for a in range(count - 1):
+        if is_arc(tags[a], tags[a + 1]):
+            length += room.arcs[(-1 - tags[a]) // 2]
+            continue
+        d = distance(rope[a], rope[a + 1])
+        length += d
+        if d < SHORT and min(tags[a], tags[a + 1]) < 0:
+            contact_direction(room.contacts, room.frames, tags[a], tags[a + 1], e)
+        elif d < COINCIDENT:
+            continue
         else:
-            d_x, d_y, d_z = x[k, 0] - p[j, 0], x[k, 1] - p[j, 1], x[k, 2] - p[j, 2]
-            r_i[j] += sign * (
-                e[0] * (z_y * d_z - z_z * d_y)
-                + e[1] * (z_z * d_x - z_x * d_z)
-                + e[2] * (z_x * d_y - z_y * d_x)
-            )
-        j = parents[j]
+            for row in range(3):
+                e[row] = (rope[a + 1, row] - rope[a, row]) / d
+        for end, sign in ((a + 1, -1.0), (a, 1.0)):
+            tag = tags[end]
+            if tag >= 0:
+                link = paths.links[tag]
+                k = pull_own_coordinate(paths, R, q, tag, e, sign, pulls, k)
+            else:
+                link = int(paths.wraps[paths.wrap_starts[i] + (-1 - tag) // 2, LINK])
+            k = pull_link(pulls, k, link, rope, end, e, sign)
+    return length, k
 
 
 @kernel
-def move_points(positions, links, rules, curves, R, p, q, first, last, x):
+def move_points(paths, R, q, first, last, x):
     """Put the moving points among the points `first` to `last` where they are at `q`."""
     for k in range(first, last):
+        link = paths.links[k]
         for column in range(3):
-            curve = int(rules[k, X + column])
+            curve = int(paths.rules[k, X + column])
             if curve < 0:
                 continue
-            value, _, _ = evaluate(curves, curve, q[int(rules[k, COORDINATE])])
-            shift = value - positions[k, column]
+            value, _, _ = evaluate(paths.curves, curve, q[int(paths.rules[k, COORDINATE])])
+            shift = value - paths.positions[k, column]
             for row in range(3):
-                if links[k] < 0:
+                if link < 0:
                     x[k, row] += shift if row == column else 0.0
                 else:
-                    x[k, row] += R[links[k], row, column] * shift
+                    x[k, row] += R[link, row, column] * shift
 
 
 @kernel
-def add_own_motion(links, rules, curves, R, q, k, e, sign, r_i):
-    """Add what a moving point's own velocity on its link contributes, as `add_motion` does."""
+def pull_own_coordinate(paths, R, q, point, e, sign, pulls, k):
+    """What the force sign * e does by a moving point's own velocity on its link."""
     for column in range(3):
-        curve = int(rules[k, X + column])
+        curve = int(paths.rules[point, X + column])
         if curve < 0:
             continue
-        j, link = int(rules[k, COORDINATE]), links[k]
-        _, slope, _ = evaluate(curves, curve, q[j])
+        j, link = int(paths.rules[point, COORDINATE]), paths.links[point]
+        _, slope, _ = evaluate(paths.curves, curve, q[j])
         along = e[column]
         if link >= 0:
             along = e[0] * R[link, 0, column] + e[1] * R[link, 1, column]
             along += e[2] * R[link, 2, column]
-        r_i[j] += sign * along * slope
+        k = pull_coordinate(pulls, k, j, sign * along * slope)
+    return k
 
 
 @kernel
@@ -138,212 +240,3 @@ def contact_direction(contacts, frames, a, b, e):
         e[column] = 0.0
         for axis in range(3):
             e[column] += frames[4 * w + axis, column] * contacts[row, axis]
-
-
-@kernel
-def bent_geometry(
-    joints, parents, R, p, axes, x, positions, links, starts, bent, rules, grids, bins, pieces,
-    wraps, wrap_starts, factors, factor_starts, tags, e, space, q, l, r,
-):  # fmt: skip
-    """Add l and r of the muscles `bent`; returns the first without a length, or -1."""
-    curves = PackedCurves(grids, bins, pieces)
-    # Room for the longest rope, and for the most surfaces.
-    points = tags.size
-    surfaces = (space.size - 3 * points - WORK) // WORK_PER_WRAP
-    rope, end = space[: 3 * points].reshape((points, 3)), 3 * points
-    contacts = space[end : end + 12 * surfaces].reshape((4 * surfaces, 3))
-    frames = space[end + 12 * surfaces : end + 24 * surfaces].reshape((4 * surfaces, 3))
-    arcs = space[end + 24 * surfaces : end + 25 * surfaces]
-    end += WORK_PER_WRAP * surfaces
-    trial, work = space[end : end + 33].reshape((11, 3)), space[end + 33 :].reshape((20, 8))
-    for i in bent:
-        if factor_starts[i] < factor_starts[i + 1]:
-            l[i] = function_geometry(
-                factors, curves, factor_starts[i], factor_starts[i + 1], q, r[i]
-            )
-        move_points(positions, links, rules, curves, R, p, q, starts[i], starts[i + 1], x)
-        count = lay(
-            rules, starts, wraps, wrap_starts, i, R, p, x, q, rope, tags, contacts, frames, trial,
-            arcs, work,
-        )  # fmt: skip
-        for k in range(count - 1):
-            a, b = tags[k], tags[k + 1]
-            if is_arc(a, b):
-                l[i] += arcs[(-1 - a) // 2]
-                continue
-            d = distance(rope[k], rope[k + 1])
-            l[i] += d
-            if d < SHORT and min(a, b) < 0:
-                contact_direction(contacts, frames, a, b, e)
-            elif d < COINCIDENT:
-                continue
-            else:
-                for row in range(3):
-                    e[row] = (rope[k + 1, row] - rope[k, row]) / d
-            for end, tag, sign in ((k + 1, b, -1.0), (k, a, 1.0)):
-                if tag >= 0:
-                    link = links[tag]
-                    add_own_motion(links, rules, curves, R, q, tag, e, sign, r[i])
-                else:
-                    link = int(wraps[wrap_starts[i] + (-1 - tag) // 2, LINK])
-                add_motion(joints, parents, p, axes, link, rope, end, e, sign, r[i])
-        if math.isnan(l[i]):
-            return i
-    return -1
-
-
-@kernel
-def path_geometry(
-    joints, parents, rotations, offsets, base, reference, positions, links, starts, bent, rules,
-    grids, bins, pieces, wraps, wrap_starts, factors, factor_starts, tags, space, q, v, l, l_t, r,
-):  # fmt: skip
-    """Write l (m,), l' (m,) and r (m, n) at the coordinates `q` and speeds `v`.
-
-    Returns the first muscle for which no geodesic was found, or -1. `tags` and `space` are for the
-    work.
-    """
-    n, m, points = joints.size, starts.size - 1, links.size
-    R, p = space[: 9 * n].reshape((n, 3, 3)), space[9 * n : 12 * n].reshape((n, 3))
-    axes, end = space[12 * n : 15 * n].reshape((n, 3)), 15 * n
-    x, end = space[end : end + 3 * points].reshape((points, 3)), end + 3 * points
-    e = space[end : end + 3]
-    link_frames(joints, parents, rotations, offsets, base, reference, q, R, p, axes)
-    point_positions(positions, links, base, R, p, x)
-    b = 0
-    for i in range(m):
-        l[i] = 0.0
-        r[i] = 0.0
-        if b < bent.size and bent[b] == i:
-            b += 1
-            continue
-        for k in range(starts[i], starts[i + 1] - 1):
-            for row in range(3):
-                e[row] = x[k + 1, row] - x[k, row]
-            d = math.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
-            l[i] += d
-            if links[k] == links[k + 1] or d < COINCIDENT:
-                continue
-            for row in range(3):
-                e[row] /= d
-            # r = -dl/dq: minus the motion of the segment's end, plus that of its start.
-            add_motion(joints, parents, p, axes, links[k + 1], x, k + 1, e, -1.0, r[i])
-            add_motion(joints, parents, p, axes, links[k], x, k, e, 1.0, r[i])
-    failed = -1
-    if bent.size > 0:
-        failed = bent_geometry(
-            joints, parents, R, p, axes, x, positions, links, starts, bent, rules, grids, bins,
-            pieces, wraps, wrap_starts, factors, factor_starts, tags, e, space[end + 3 :], q, l, r,
-        )  # fmt: skip
-    for i in range(m):
-        l_t[i] = 0.0
-        for j in range(n):
-            l_t[i] -= r[i, j] * v[j]
-    return failed
-
-
-def compile_geometry(tree: Tree, paths: Paths) -> Callable[[np.ndarray, np.ndarray], Geometry]:
-    """The function (q, q') -> Geometry of these paths on this tree, without argument checks."""
-    tables = path_tables(tree, paths)
-    m, n = paths.starts.size - 1, len(tree)
-
-    def geometry(q: np.ndarray, v: np.ndarray) -> Geometry:
-        l, l_t, r = np.empty(m), np.empty(m), np.empty((m, n))
-        failed = path_geometry(*tables, q, v, l, l_t, r)
-        if failed >= 0:
-            raise WrappingError(
-                f"muscle '{paths.names[failed]}': found no way over an ellipsoid at q = "
-                f"{np.array2string(q, precision=4)}; its line passes too near the center"
-            )
-        return Geometry(l, l_t, r)
-
-    return geometry
-
-
-def path_tables(tree: Tree, paths: Paths) -> tuple[np.ndarray, ...]:
-    """The arrays that `path_geometry` takes before the state; the last two are its work space."""
-    bent = paths.bent
-    surfaces = np.diff(paths.wrap_starts)[bent].max(initial=0)
-    points = np.diff(paths.starts)[bent].max(initial=0) + 2 * surfaces
-    size = 15 * len(tree) + 3 * len(paths.links) + 3
-    return (
-        tree.joints, tree.parents, tree.rotations, tree.offsets, tree.base, tree.reference,
-        paths.positions, paths.links, paths.starts, bent, paths.rules,
-        # Copies, because numba takes 0.2 us longer over every array that is read-only.
-        *(array.copy() for array in paths.curves),
-        paths.wraps, paths.wrap_starts, paths.factors, paths.factor_starts,
-        np.empty(points, dtype=np.int64),
-        np.empty(size + 3 * points + WORK_PER_WRAP * surfaces + WORK),
-    )  # fmt: skip
-
-
-def path_points(tree: Tree, paths: Paths, q: ArrayLike) -> list[np.ndarray]:
-    """Global positions [m] of every muscle's points, (points, 3) each, at coordinates `q` (n,).
-
-    Where a muscle wraps there are points along the geodesic; a path that is a function has none.
-    """
-    q = np.asarray(q, dtype=float)
-    R, p, x = _frames(tree, paths, q)
-    found = np.split(x, paths.starts[1:-1])
-    for i in paths.bent:
-        found[i] = _rope(paths, i, R, p, x, q)
-    return found
-
-
-def surfaces_at(tree: Tree, paths: Paths, q: ArrayLike) -> list[tuple[int, np.ndarray, float]]:
-    """Shape, pose (4, 4) with axes as long as the radii, and half length [m] of every surface."""
-    R, p, _ = _frames(tree, paths, np.asarray(q, dtype=float))
-    # Several muscles may wrap over one surface; which of their points do makes no difference.
-    rows = paths.wraps.copy()
-    rows[:, [FIRST, LAST]] = 0.0
-    found = []
-    for row in np.unique(rows, axis=0):
-        frames, pose = np.empty((4, 3)), np.eye(4)
-        surface_frames(row[None], 0, 1, R, p, frames)
-        pose[:3, :3], pose[:3, 3] = frames[:3].T * row[RADII], frames[3]
-        found.append((int(row[SHAPE]), pose, float(row[HALF_LENGTH])))
-    return found
-
-
-def _frames(tree: Tree, paths: Paths, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Orientations and positions of the links, and positions of the path points."""
-    R, p, _ = tree_frames(tree, q)
-    x = np.empty((paths.links.size, 3))
-    point_positions(paths.positions, paths.links, tree.base, R, p, x)
-    return R, p, x
-
-
-def _rope(
-    paths: Paths, i: int, R: np.ndarray, p: np.ndarray, x: np.ndarray, q: np.ndarray
-) -> np.ndarray:
-    """Points along muscle `i`."""
-    offset, surfaces = paths.wrap_starts[i], np.diff(paths.wrap_starts)[i]
-    size = np.diff(paths.starts)[i] + 2 * surfaces
-    rope, tags, arcs = np.empty((size, 3)), np.empty(size, dtype=np.int64), np.empty(surfaces)
-    contacts, frames = np.empty((4 * surfaces, 3)), np.empty((4 * surfaces, 3))
-    move_points(
-        paths.positions, paths.links, paths.rules, paths.curves, R, p, q, paths.starts[i],
-        paths.starts[i + 1], x,
-    )  # fmt: skip
-    count = lay(
-        paths.rules, paths.starts, paths.wraps, paths.wrap_starts, i, R, p, x, q, rope, tags,
-        contacts, frames, np.empty((11, 3)), arcs, np.empty((20, 8)),
-    )  # fmt: skip
-    points = []
-    for k in range(count):
-        points.append(rope[k])
-        if k + 1 < count and is_arc(tags[k], tags[k + 1]):
-            w = (-1 - tags[k]) // 2
-            radii = paths.wraps[offset + w, RADII]
-            inverse_squares = 1.0 / radii**2
-            if paths.wraps[offset + w, SHAPE] == CYLINDER:
-                inverse_squares[2] = 0.0  # an ellipsoid of that length, too
-            y = np.concatenate([contacts[4 * w], contacts[4 * w + 2], [0.0, 0.0]])
-            part = arcs[w] / PARTS_OF_AN_ARC
-            for _ in range(PARTS_OF_AN_ARC - 1):
-                follow_geodesic(
-                    y, inverse_squares, part, steps_over(radii, part), np.empty((13, 8))
-                )
-                point = np.empty(3)
-                from_surface(frames, w, y, point)
-                points.append(point)
-    return np.array(points).reshape(-1, 3)

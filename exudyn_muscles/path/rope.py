@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ..numerics.kernel import kernel
-from .points import COORDINATE, HIGH, LOW
+from .paths import COORDINATE, HIGH, LOW
 from .surfaces import FIRST, LAST, LINK, POSITION, ROTATION, SIDE
 from .wrapping import CUT, FREE, wrap_over
 

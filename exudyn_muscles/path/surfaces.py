@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from ..checks import link_number, number_within, three_numbers
 from ..errors import ParameterError
-from .tree import GROUND
+from .frames import GROUND
 
 # Columns of `Paths.wraps`: what the surface is and where, and the path points that it may be
 # between.

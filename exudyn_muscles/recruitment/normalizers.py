@@ -13,7 +13,7 @@ import numpy as np
 
 from ..muscle.dynamics import rigid_active_forces
 from ..muscle.parameters import MuscleSet
-from ..path.geometry import Geometry
+from ..skeleton.geometry import Geometry
 
 # Below this part of F0 a reachable maximum no longer tells one muscle from another.
 SMALLEST_SHARE = 1e-3

@@ -13,7 +13,7 @@ from ..forces.actuators import actuator_names
 from ..model import MusculoskeletalModel
 from ..motion import Motion
 from ..muscle.dynamics import fiber_lengths, tendon_forces
-from ..path.geometry import Geometry
+from ..skeleton.geometry import Geometry
 from .counts import Counts, Status
 from .provenance import plain, versions
 from .quantities import QUANTITIES

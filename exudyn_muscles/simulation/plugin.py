@@ -33,11 +33,12 @@ from ..results.recorder import Recorder, Row, Window
 from ..results.trajectory import Trajectory
 from ..skeleton.external_forces import check_external_forces
 from ..skeleton.hold import Hold, hold
-from ..skeleton.skeleton import Skeleton, original, raise_as_itself
+from ..skeleton.skeleton import Skeleton
+from ..skeleton.system import original, raise_as_itself
 from .ending import place, warn_of_early_end, warn_of_unmet_torque
 from .hooks import Hooks
 from .solver import put_back_solver, request_jacobian, running_solver
-from .start import check_accelerations, check_times, warn_of_distance
+from .start import check_times, warn_of_distance
 from .state import RunState
 
 Progress = Callable[[float], None]
@@ -85,7 +86,6 @@ class Plugin(ABC):
     ) -> None:
         self.model = model
         self.skeleton = model.skeleton
-        self.dependent = model.skeleton.followers is not None
         self.start_time, self.end_time = start, end
         self.settings = settings
         self.motion = motion
@@ -211,7 +211,7 @@ class Plugin(ABC):
             "PreNewtonResidual": partial(self._pre_newton, hooks),
             "PostStep": partial(self._post_step, hooks),
         }
-        if self.feeds_back or self.dependent:
+        if self.feeds_back or not self.skeleton.basis.known_to_exudyn:
             own["SystemJacobian"] = partial(self._system_jacobian, _triplets(self.skeleton))
         return own
 
@@ -265,15 +265,10 @@ class Plugin(ABC):
         state.iteration = iteration
         state.calls += 1
         state.counts.newton_iterations += not first
-        if self.dependent:
-            self.skeleton.follow()
         torque = self.torque(t, first)
-        if torque is not None:
-            if not math.isfinite(torque @ torque):
-                raise SimulationError(f"torque {torque} at t = {t:g} s is not finite")
-            self.skeleton.apply(torque)
-        elif self.dependent:
-            self.skeleton.hold()
+        if torque is not None and not math.isfinite(torque @ torque):
+            raise SimulationError(f"torque {torque} at t = {t:g} s is not finite")
+        self.skeleton.apply(torque)
 
     def _system_jacobian(
         self, triplets: np.ndarray, mbs: exu.MainSystem, t: float, dq: float, dv: float, _: float
@@ -333,7 +328,8 @@ class Plugin(ABC):
         if self.motion is not None:
             warn_of_distance(self.motion, t, self.skeleton.q)
         self.ready((iteration.endTime - iteration.startTime) / iteration.numberOfSteps)
-        check_accelerations(mbs, self.skeleton)
+        algorithm = mbs.sys["simulationSettings"].timeIntegration.generalizedAlpha
+        self.skeleton.settle(algorithm.useNewmark)
 
 
 def _triplets(skeleton: Skeleton) -> np.ndarray:

@@ -56,8 +56,9 @@ def simulate(
     integration.numberOfSteps = steps
     integration.minimumStepSize = step / 1024
     integration.verboseMode = 0
-    # Of a tree with followers the plugin knows the initial accelerations, even with a singular M.
-    integration.generalizedAlpha.computeInitialAccelerations = skeleton.followers is None
+    # Of dependent coordinates the plugin knows them, even with a singular M.
+    knows = skeleton.basis.known_to_exudyn
+    integration.generalizedAlpha.computeInitialAccelerations = knows
     integration.newton.useModifiedNewton = modified_newton
     integration.newton.relativeTolerance = RELATIVE_TOLERANCE
     integration.newton.absoluteTolerance = ABSOLUTE_TOLERANCE

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..path.geometry import Geometry
 from ..results.counts import Counts
 from ..results.recorder import Recorder
+from ..skeleton.geometry import Geometry
 
 
 @dataclass(eq=False, kw_only=True)

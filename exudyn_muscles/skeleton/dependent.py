@@ -1,170 +1,196 @@
-"""A skeleton with coordinates that follow others: the methods see the independent ones only.
+"""Coordinates of a tree of which some follow others: q = q(z), R = dq/dz.
 
-With q = q(z) and R = dq/dz, (1) becomes M_z z'' + H_z - Q_z = R^T r^T F, where
+One that follows z_j, through others or at once, moves with
+
+    q_d = f(z_j)    q_d' = f' z_j'    q_d'' = f' z_j'' + f'' z_j'^2,
+
+and the equations of motion of z have
 
     M_z = R^T M R,    H_z - Q_z = R^T (M R' z' + H - Q).
 
-Exudyn integrates all coordinates and knows of no constraint. Before every residual the followers
-are put where they belong, q, q' and q'', and the torques handed over contain the reaction that
-holds them there, known from inverse dynamics: followers' rows are in balance, and the other ones
-are those of z. Exudyn thus solves the equation of z itself with whatever integrator, without
-algebraic equations, multipliers or drift. M may be singular as long as M_z is not.
+Exudyn integrates all coordinates and knows of no constraint. Before every residual the dependent
+ones are put where they belong, q, q' and q'', and the torques handed over contain the reaction that
+holds them there, known from inverse dynamics: their rows are in balance, and the other ones are
+those of z. Exudyn thus solves the equation of z itself with whatever integrator, without algebraic
+equations, multipliers or drift. M may be singular as long as M_z is not.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
-import exudyn as exu
 import numpy as np
 
-from ..path.followers import Follower, Followers, Slopes
-from .hold import Hold
-from .skeleton import Skeleton
+from ..errors import ParameterError
+from ..numerics.curves import PackedCurves, evaluate, pack
+from ..numerics.kernel import kernel
+from .coupling import DependentCoordinate, chains
+from .geometry import Geometry
+from .opened import Opened, State
 
 
-class DependentSkeleton(Skeleton):
-    """A `Skeleton` of which all but the names that begin with `tree` is about z.
+class Slopes(NamedTuple):
+    """R = dq/dz (N, n), and d^2 q/dz_j^2 (N,) of every coordinate by its own z_j."""
+
+    R: np.ndarray
+    bends: np.ndarray
+
+
+class Dependent:
+    """z are the coordinates that follow no other; methods as of `Independent`.
 
     Parameters
     ----------
-    mbs, tree, coordinates
-        As of `Skeleton`; the coordinates are all of the tree's.
-    followers : sequence of Follower
+    given : sequence of DependentCoordinate
         At least one.
+    names : sequence of str
+        Of all N coordinates of the tree.
+
+    Attributes
+    ----------
+    free : (n,) int ndarray
+        The independent coordinates, by their numbers in the tree.
+    tied : (k,) int ndarray
+        The dependent ones.
+    roots : (N,) int ndarray
+        The independent coordinate that each depends on, by its number in the tree.
+
+    Raises
+    ------
+    ParameterError
+        As `chains`.
     """
 
-    followers: Followers
+    known_to_exudyn = False
 
-    def __init__(
-        self,
-        mbs: exu.MainSystem,
-        tree: int,
-        coordinates: Sequence[str] | None,
-        followers: Sequence[Follower],
-    ) -> None:
-        super().__init__(mbs, tree, coordinates)
-        self.followers = Followers(followers, self.tree_coordinates)
-        self._free, self._tied = self.followers.free, self.followers.tied
-        self.coordinates = tuple(self.tree_coordinates[j] for j in self._free)
+    def __init__(self, given: Sequence[DependentCoordinate], names: Sequence[str]) -> None:
+        self.tied, followed, functions, self.roots = chains(given, names)
+        self.free = np.setdiff1d(np.arange(len(names)), self.tied)
+        columns = np.searchsorted(self.free, self.roots)
+        R = np.zeros((len(names), self.free.size))
+        R[self.free, columns[self.free]] = 1.0
+        # Overwritten wherever z is; the muscles' torques where they are set.
+        self._slopes = Slopes(R, np.zeros(len(names)))
+        self._torque = np.zeros(self.free.size)
+        links = np.column_stack([self.tied, followed, self.roots[self.tied], columns[self.tied]])
+        self._tables = (np.ascontiguousarray(links), *pack(functions), *self._slopes)
 
-    @property
-    def units(self) -> tuple[str, ...]:
-        units = super().units
-        return tuple(units[j] for j in self._free)
+    def part(self, values: np.ndarray) -> np.ndarray:
+        return values[self.free]
 
-    @property
-    def q(self) -> np.ndarray:  # type: ignore[override]
-        return self.tree_q[self._free]
-
-    @property
-    def v(self) -> np.ndarray:  # type: ignore[override]
-        return self.tree_v[self._free]
-
-    @property
-    def acceleration(self) -> np.ndarray:  # type: ignore[override]
-        return self.tree_a[self._free]
-
-    @property
-    def start(self) -> tuple[np.ndarray, ...]:  # type: ignore[override]
-        return tuple(values[self._free] for values in self._tree_start)
-
-    @property
-    def free(self) -> np.ndarray:  # type: ignore[override]
-        return self.rows.start + self._free
-
-    @property
-    def applied(self) -> np.ndarray:
-        return self._torque
-
-    def _attach(self) -> None:
-        """There is nothing to keep: the independent ones are read from the tree's."""
-
-    def open(self, held: Hold) -> None:
-        self.check_assembled()
-        before = self.initial_arrays()
-        placed = self.initial_arrays()
-        for array, values in zip(placed, self.state_of_tree(*self.initial_state()), strict=True):
-            array[self.rows] = values
-
-        def put_back() -> None:  # but not where the run has left something else
-            each = zip(self.initial_arrays(), placed, before, strict=True)
-            self.set_initial_arrays(*(b if np.array_equal(x, p) else x for x, p, b in each))
-
-        held.keep(put_back)
-        self.set_initial_arrays(*placed)
-        super().open(held)
-
-    def _prepare(self, held: Hold) -> None:
-        self._torque = np.zeros(len(self))
-        super()._prepare(held)
-
-    def _follow(self) -> Slopes:
-        return self.followers.follow(self.tree_q, self.tree_v, self.tree_a)
-
-    def follow(self) -> None:
-        self._follow()
-
-    def hold(self) -> None:
-        self.apply(self._torque)
-
-    def begin(self, torque: np.ndarray) -> None:
-        """Also sets the accelerations of the whole system, as Exudyn would compute them."""
-        M, bias = self.dynamics()
-        self.tree_a[self._free] = np.linalg.solve(M, torque - bias)
-        if self.others:
-            solver, current = self._solver, self._current[2]
-            rest = np.delete(np.arange(current.size), self.rows)
-            M_rest = solver.GetSystemMassMatrix()[np.ix_(rest, rest)]
-            current[rest] = np.linalg.solve(M_rest, solver.GetSystemResidual()[rest])
-        self.apply(torque)
-
-    def settle(self) -> bool:
-        found = self._current[2].copy()
-        self.begin(self._torque)
-        needed = self._current[2]
-        return bool(np.abs(found - needed).max() <= 1e-6 * np.abs(needed).max() + 1e-9)
-
-    def apply(self, torque: np.ndarray) -> None:
-        """Set the muscles' torques (n,) and the followers' reactions at the current state."""
-        R, _ = self._follow()
-        M, bias = super().dynamics()
-        balance = M @ self.tree_a + bias
-        balance[self._free] = torque - balance[self._tied] @ R[self._tied]
-        self._torque = np.array(torque)
-        super().apply(balance)
-
-    def dynamics(self) -> tuple[np.ndarray, np.ndarray]:
-        R, bends = self._follow()
-        M, bias = super().dynamics()
-        bent = bends * self.tree_v[self.followers.roots] ** 2  # R' z'
-        return R.T @ M @ R, R.T @ (M @ bent + bias)
+    def within(self, rows: slice) -> np.ndarray:
+        return rows.start + self.free
 
     def state_of_tree(self, *state: np.ndarray) -> tuple[np.ndarray, ...]:
-        z = np.asarray(state[0], dtype=float)
-        rows = [np.zeros((z.size // len(self), len(self)))] * 3
+        z, n = np.asarray(state[0], dtype=float), self.free.size
+        rows = [np.zeros((z.size // n, n))] * 3
         for k, values in enumerate(state):
             rows[k] = np.asarray(values, dtype=float).reshape(rows[k].shape)
-        states = [self.followers.state(*row)[0] for row in zip(*rows, strict=True)]
-        shape = (*z.shape[:-1], len(self.tree))
+        states = [self.follow_from(*row)[0] for row in zip(*rows, strict=True)]
+        shape = (*z.shape[:-1], self.roots.size)
         return tuple(np.array([row[k] for row in states]).reshape(shape) for k in range(len(state)))
 
-    def reduced(self, covectors: np.ndarray) -> np.ndarray:
-        return covectors @ self._follow().R
+    def geometry(self, of_tree: Callable[..., Geometry]) -> Callable[..., Geometry]:
+        rest = np.zeros(self.free.size)
 
-    def reduced_rows(self, exact: np.ndarray) -> np.ndarray:
-        R, _ = self._follow()
+        def of_independent(z: np.ndarray, v: np.ndarray) -> Geometry:
+            (q, q_t, _), slopes = self.follow_from(z, v, rest)
+            length, speed, r, S = of_tree(q, q_t)
+            return Geometry(length, speed, r @ slopes.R, slopes.R.T @ S if S.size else S)
+
+        return of_independent
+
+    def follow_from(
+        self, z: np.ndarray, v: np.ndarray, a: np.ndarray
+    ) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], Slopes]:
+        """q, q', q'' (N,) from z, z', z'' (n,); the slopes are overwritten by the next call."""
+        q, q_t, q_tt = np.zeros((3, self.roots.size))
+        q[self.free], q_t[self.free], q_tt[self.free] = z, v, a
+        follow(*self._tables, q, q_t, q_tt)
+        return (q, q_t, q_tt), self._slopes
+
+    def state(self, opened: Opened) -> tuple[np.ndarray, np.ndarray]:
+        self._follow(opened.state)
+        return opened.state.q, opened.state.v
+
+    def _follow(self, state: State) -> Slopes:
+        """Put the dependent coordinates of a state where they belong."""
+        follow(*self._tables, state.q, state.v, state.a)
+        return self._slopes
+
+    def dynamics(self, opened: Opened) -> tuple[np.ndarray, np.ndarray]:
+        R, bends = self._follow(opened.state)
+        M, bias = opened.dynamics()
+        bent = bends * opened.state.v[self.roots] ** 2  # R' z'
+        return R.T @ M @ R, R.T @ (M @ bent + bias)
+
+    def begin(self, opened: Opened, torque: np.ndarray) -> None:
+        """Also sets the accelerations of the whole system, as Exudyn would compute them."""
+        M, bias = self.dynamics(opened)
+        opened.state.a[self.free] = np.linalg.solve(M, torque - bias)
+        opened.accelerate_others()
+        self.apply(opened, torque)
+
+    def settle(self, opened: Opened, newmark: bool) -> None:
+        needed = opened.state.current[2]
+        found = needed.copy()
+        self.begin(opened, self._torque)
+        right = np.abs(found - needed).max() <= 1e-6 * np.abs(needed).max() + 1e-9
+        if not (right or newmark):
+            raise ParameterError(
+                "generalized alpha starts from initial accelerations of its own, which cannot be "
+                "right here: the tree's mass matrix is singular without the reactions of its "
+                "dependent coordinates, or generalizedAlpha.computeInitialAccelerations = False; "
+                "use TrapezoidalIndex2"
+            )
+
+    def apply(self, opened: Opened, torque: np.ndarray | None) -> None:
+        """Also sets the reactions of the dependent coordinates, which every iterate has anew."""
+        if torque is not None:
+            self._torque[:] = torque
+        R, _ = self._follow(opened.state)
+        M, bias = opened.dynamics()
+        balance = M @ opened.state.a + bias
+        balance[self.free] = self._torque - balance[self.tied] @ R[self.tied]
+        opened.apply(balance)
+
+    def applied(self, opened: Opened) -> np.ndarray:
+        return self._torque.copy()
+
+    def reduced(self, opened: Opened, covectors: np.ndarray) -> np.ndarray:
+        return covectors @ self._follow(opened.state).R
+
+    def reduced_rows(self, opened: Opened, exact: np.ndarray) -> np.ndarray:
+        R, _ = self._follow(opened.state)
         reduced = R.T @ exact
-        within = reduced[:, self.rows] @ R
-        reduced[:, self.rows] = 0.0
-        reduced[:, self.free] = within
+        within = reduced[:, opened.rows] @ R
+        reduced[:, opened.rows] = 0.0
+        reduced[:, self.within(opened.rows)] = within
         return reduced
 
-    def all_rows(self, wanted: np.ndarray) -> np.ndarray:
-        R, _ = self._follow()
-        rows = np.zeros((len(self.tree), wanted.shape[1]))
-        rows[self._free] = wanted
+    def all_rows(self, opened: Opened, wanted: np.ndarray) -> np.ndarray:
+        R, _ = self._follow(opened.state)
+        rows = np.zeros((self.roots.size, wanted.shape[1]))
+        rows[self.free] = wanted
         # dq_d = R_d dz
-        rows[self._tied, self.rows.start + self._tied] = 1.0
-        rows[self._tied[:, None], self.free] = -R[self._tied]
+        rows[self.tied, opened.rows.start + self.tied] = 1.0
+        rows[self.tied[:, None], self.within(opened.rows)] = -R[self.tied]
         return rows
+
+
+@kernel
+def follow(links, grids, bins, pieces, R, bends, q, v, a):
+    """Write what follows in q, q', q'', and its slopes and curvatures over its root.
+
+    `links` (k, 4) holds what follows, what it follows, its root and the root's column in R, those
+    that are followed first.
+    """
+    curves = PackedCurves(grids, bins, pieces)
+    for k in range(links.shape[0]):
+        d, e, root, j = links[k, 0], links[k, 1], links[k, 2], links[k, 3]
+        q[d], slope, curvature = evaluate(curves, k, q[e])
+        R[d, j] = slope * R[e, j]
+        bends[d] = slope * bends[e] + curvature * R[e, j] * R[e, j]
+        v[d] = R[d, j] * v[root]
+        a[d] = R[d, j] * a[root] + bends[d] * v[root] * v[root]

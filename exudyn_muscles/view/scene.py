@@ -14,10 +14,10 @@ from exudyn import graphics
 
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
-from ..path.geometry import path_points, surfaces_at
-from ..path.points import Paths
+from ..path.paths import Paths
 from ..path.surfaces import CYLINDER
 from ..results.trajectory import Trajectory
+from ..skeleton.geometry import path_points, surfaces_at
 from .colors import BONE, JOINT, SURFACE, activation_color
 
 UNLIMITED = 3.0  # half the length that is drawn of an unlimited cylinder, in radii

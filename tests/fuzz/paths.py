@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import exudyn_muscles as em
-from exudyn_muscles.path.tree import PRISMATIC
+from exudyn_muscles.skeleton.tree import PRISMATIC
 
 from ..differences import certified
 from ..path.chains import Muscles, chain, muscle

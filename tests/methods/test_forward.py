@@ -52,7 +52,6 @@ def ode1_reference(model, excitations, steps, end):
         )
     )
     mbs.Assemble()
-    model.skeleton.attach_views()
     model.skeleton.set_initial_state(q_0, v_0)
     # Exudyn starts ODE1 rates at zero, which would cost an order.
     mbs.systemData.SetODE1Coordinates_t(

@@ -187,7 +187,7 @@ def test_the_cylinder_does_what_the_published_point_does(model, knee):
         model.skeleton.object,
         [dataclasses.replace(muscle, path=[start, published, *rest], wraps=())],
         coordinates=leg.COORDINATES,
-        followers=model.followers,
+        dependent_coordinates=model.dependent_coordinates,
     )
     arms = (arm(one, "medial_hamstrings", KNEE, knee=knee) for one in (model, other))
     assert abs(np.subtract(*arms)) < 2.5

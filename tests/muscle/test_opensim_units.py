@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
-from exudyn_muscles.path.geometry import Geometry
+from exudyn_muscles.skeleton.geometry import Geometry
 
 from ..make_opensim import KINDS, LENGTH, RAMPS, SINGLE, SINGLE_ROW
 from ..opensim import needs_opensim_files, numbers_of, with_opensims

@@ -4,9 +4,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import exudyn_muscles as em
-from exudyn_muscles.path.geometry import compile_geometry, path_points
-from exudyn_muscles.path.points import collect_paths
-from exudyn_muscles.path.tree import Tree
+from exudyn_muscles.skeleton.geometry import compile_geometry, path_points
+from exudyn_muscles.skeleton.tree import Tree
+
+from .trees import paths_of
 
 UNIT = {"max_isometric_force": 1.0, "optimal_fiber_length": 0.1, "tendon_slack_length": 0.1}
 
@@ -44,7 +45,7 @@ class Muscles:
 
     def __init__(self, tree, *muscles, names=None):
         self.tree = tree
-        self.paths = collect_paths(em.MuscleSet(muscles), len(tree), names)
+        self.paths = paths_of(muscles, len(tree), names)
         self.geometry = compile_geometry(tree, self.paths)
 
     def lengths(self, q):

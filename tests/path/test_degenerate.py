@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exudyn_muscles as em
-from exudyn_muscles.path.tree import Tree
+from exudyn_muscles.skeleton.tree import Tree
 
 from ..differences import certified
 from .chains import Muscles, chain, muscle, slider, straight_over

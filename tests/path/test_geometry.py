@@ -6,12 +6,11 @@ import pytest
 from exudyn.utilities import MarkerKinematicTreeRigid
 
 import exudyn_muscles as em
-from exudyn_muscles.path.geometry import compile_geometry, path_points
-from exudyn_muscles.path.points import collect_paths
+from exudyn_muscles.skeleton.geometry import compile_geometry, path_points
 from exudyn_muscles.skeleton.skeleton import Skeleton
 
 from ..differences import gradient
-from .trees import JOINTS, add_tree, random_links
+from .trees import JOINTS, add_tree, paths_of, random_links
 
 SEEDS = range(12)
 
@@ -59,7 +58,7 @@ class Oracle:
         ]
         self.mbs.Assemble()
         self.tree = Skeleton(self.mbs, number).tree
-        self.paths = collect_paths(self.muscles, n)
+        self.paths = paths_of(self.muscles, n)
         self.geometry = compile_geometry(self.tree, self.paths)
 
     def add_marker(self, number, point):
@@ -162,6 +161,6 @@ def test_coincident_points():
     muscles = em.MuscleSet(
         [muscle("once", [ends[0], via, ends[1]]), muscle("twice", [ends[0], via, via, ends[1]])]
     )
-    geometry = compile_geometry(tree, collect_paths(muscles, 2))(np.ones(2), np.ones(2))
+    geometry = compile_geometry(tree, paths_of(muscles, 2))(np.ones(2), np.ones(2))
     assert geometry.length[0] == pytest.approx(geometry.length[1], rel=1e-15)
     np.testing.assert_allclose(geometry.moment_arms[0], geometry.moment_arms[1], rtol=1e-14)

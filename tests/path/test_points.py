@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
-from exudyn_muscles.path.points import collect_paths
+
+from .trees import paths_of
 
 PARAMETERS = {"max_isometric_force": 1.0, "optimal_fiber_length": 0.1, "tendon_slack_length": 0.1}
 
@@ -39,7 +40,7 @@ def test_paths_as_arrays():
             em.Muscle("b", **PARAMETERS, path=[ground, first, second]),
         ]
     )
-    paths = collect_paths(muscles, 2)
+    paths = paths_of(muscles, 2)
     np.testing.assert_array_equal(paths.starts, [0, 2, 5])
     np.testing.assert_array_equal(paths.links, [-1, 0, -1, 0, 1])
     np.testing.assert_array_equal(paths.positions[:, 0], [-1, 0, -1, 0, 1])
@@ -59,4 +60,4 @@ def test_paths_as_arrays():
 )
 def test_bad_path_names_the_muscle(path, message):
     with pytest.raises(em.ParameterError, match=message):
-        collect_paths(em.MuscleSet([em.Muscle("soleus", **PARAMETERS, path=path)]), 2)
+        paths_of(em.MuscleSet([em.Muscle("soleus", **PARAMETERS, path=path)]), 2)

@@ -5,6 +5,8 @@ import numpy as np
 from exudyn.utilities import HomogeneousTransformation, RigidBodyInertia, TreeLink
 from scipy.spatial.transform import Rotation
 
+from exudyn_muscles.path.paths import collect_paths
+
 JOINTS = (
     exu.JointType.RevoluteX,
     exu.JointType.RevoluteY,
@@ -13,6 +15,16 @@ JOINTS = (
     exu.JointType.PrismaticY,
     exu.JointType.PrismaticZ,
 )
+
+
+def paths_of(muscles, number_of_links, names=None):
+    return collect_paths(
+        [muscle.name for muscle in muscles],
+        [muscle.path for muscle in muscles],
+        [muscle.wraps for muscle in muscles],
+        number_of_links,
+        names,
+    )
 
 
 def random_inertia(rng):

@@ -109,7 +109,7 @@ def test_torque_actuator_is_exudyns_load_and_its_opposite(seed, against, torque_
     np.testing.assert_allclose(columns[:, 1] * SIZE, without - loaded, atol=1e-10)
 
 
-def test_followers_hand_the_force_on():
+def test_dependent_coordinates_hand_the_force_on():
     """A force on the foot of a leg whose knee slides is one on hip and knee."""
     found = []
     for loaded in (False, True):
@@ -121,7 +121,7 @@ def test_followers_hand_the_force_on():
         built = leg.build(extend=extend)
         model = em.MusculoskeletalModel(
             built.mbs, built.skeleton.object, built.muscles, coordinates=leg.NAMES,
-            followers=leg.followers(),
+            dependent_coordinates=leg.dependent_coordinates(),
             reserves=[
                 em.PointActuator(
                     "FX", link=4, point=POINT, direction=VECTOR, force_is_global=True,
@@ -188,7 +188,7 @@ def test_actuators_that_are_none(kind, wrong, message):
 def test_a_link_that_does_not_exist(actuator):
     mbs, tree, _ = tree_of(0)
     mbs.Assemble()
-    with pytest.raises(em.ParameterError, match="'X': there is no link 5, the tree has 5"):
+    with pytest.raises(em.ParameterError, match="'X' is on link 5, but the tree has links 0 to 4"):
         em.MusculoskeletalModel(mbs, tree, [muscle()], reserves=[actuator])
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
-from exudyn_muscles.path.geometry import Geometry
+from exudyn_muscles.skeleton.geometry import Geometry
 
 MUSCLES = em.MuscleSet(
     em.Muscle(f"m{k}", max_isometric_force=F0, optimal_fiber_length=0.1, tendon_slack_length=0.1)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
-from exudyn_muscles.path.geometry import Geometry
 from exudyn_muscles.results.recorder import _saturated
+from exudyn_muscles.skeleton.geometry import Geometry
 from models import pendulum
 
 from ..runs import KP, plugin_run, settings, start_at

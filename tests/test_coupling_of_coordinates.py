@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
-from exudyn_muscles.path.followers import Followers
+from exudyn_muscles.skeleton.dependent import Dependent
 
-from ..differences import certified, difference, gradient
-from .chains import Muscles, chain, muscle
+from .differences import certified, difference, gradient
+from .path.chains import Muscles, chain, muscle
 
 NAMES = ("a", "b", "c", "d", "e", "f")
 SINE = em.Curve(np.sin, [-3.0, 3.0])
@@ -15,21 +15,25 @@ SQUARE = em.Curve(np.square, [-3.0, 3.0])
 SPLINE = em.simm_spline([-2.0, -0.5, 0.3, 1.0, 2.5], [0.1, 0.4, -0.3, 0.2, 0.9])
 
 
-def followers(*functions):
+def coupled(*functions):
     """(follower, followed, function)."""
-    return Followers([em.Follower(d, of=e, function=f) for d, e, f in functions], NAMES)
+    return Dependent([em.DependentCoordinate(d, of=e, function=f) for d, e, f in functions], NAMES)
 
 
-# The followed ones of followers stand before and behind them; "a" and "e" are independent.
-CHAINS = followers(("c", "b", SQUARE), ("b", "a", SINE), ("d", "c", SPLINE), ("f", "e", SPLINE))
+# The followed ones of dependent ones stand before and behind them; "a" and "e" are independent.
+CHAINS = coupled(("c", "b", SQUARE), ("b", "a", SINE), ("d", "c", SPLINE), ("f", "e", SPLINE))
 
 
-def test_a_follower_of_a_curved_follower():
+def test_one_that_depends_on_a_curved_one():
     """b = sin a, c = b^2, a = 0.3 + 0.7 t, whose derivatives are known."""
-    two = Followers(
-        [em.Follower("b", of="a", function=SINE), em.Follower("c", of="b", function=SQUARE)], "abc"
+    two = Dependent(
+        [
+            em.DependentCoordinate("b", of="a", function=SINE),
+            em.DependentCoordinate("c", of="b", function=SQUARE),
+        ],
+        "abc",
     )
-    (q, v, a), slopes = two.state(np.array([0.3]), np.array([0.7]), np.array([0.0]))
+    (q, v, a), slopes = two.follow_from(np.array([0.3]), np.array([0.7]), np.array([0.0]))
     np.testing.assert_allclose(q, [0.3, np.sin(0.3), np.sin(0.3) ** 2], rtol=1e-12)
     np.testing.assert_allclose(v, [0.7, 0.7 * np.cos(0.3), 0.7 * np.sin(0.6)], rtol=1e-12)
     expected = np.array([0.0, -np.sin(0.3), 2.0 * np.cos(0.6)])
@@ -47,7 +51,7 @@ def test_rates_of_chains():
 
         def along(t, z=z, v=v, a=a):
             now = z + t * v + 0.5 * t * t * a, v + t * a, a
-            return np.array(CHAINS.state(*now)[0])
+            return np.array(CHAINS.follow_from(*now)[0])
 
         q, q_t, q_tt = along(0.0)
         if max(certified(lambda t, j=j: along(t)[1, j], 0.0, 0.1)[1] for j in (3, 5)) > 1e-8:
@@ -64,8 +68,8 @@ def test_slopes_of_chains():
     rng = np.random.default_rng(1)
     for z in rng.uniform(-1.0, 1.0, (20, 2)):
         rest = np.zeros(2)
-        R = CHAINS.state(z, rest, rest)[1].R.copy()
-        slopes = gradient(lambda z: CHAINS.state(z, np.zeros(2), np.zeros(2))[0][0], z, 1e-4)
+        R = CHAINS.follow_from(z, rest, rest)[1].R.copy()
+        slopes = gradient(lambda z: CHAINS.follow_from(z, np.zeros(2), np.zeros(2))[0][0], z, 1e-4)
         np.testing.assert_allclose(R, slopes, rtol=0.0, atol=1e-9)
 
 
@@ -77,12 +81,12 @@ def test_numbers():
     assert order.index(1) < order.index(2) < order.index(3)
 
 
-def test_paths_over_followers():
+def test_paths_over_dependent_coordinates():
     """r_z = r R and l' of muscles, by differences in the independent coordinates."""
     rng = np.random.default_rng(2)
     path = [em.PathPoint(rng.uniform(-0.3, 0.3, 3), link) for link in (-1, 1, 3, 5)]
     muscles = Muscles(chain(rng, 6), muscle(path), names=NAMES)
-    geometry = CHAINS.projected(muscles.geometry)
+    geometry = CHAINS.geometry(muscles.geometry)
     for z in rng.uniform(-1.0, 1.0, (10, 2)):
         l, l_t, r, _ = geometry(z, np.array([0.3, -0.8]))
         slopes = gradient(lambda z: geometry(z, np.zeros(2)).length, z, 1e-5)
@@ -92,7 +96,7 @@ def test_paths_over_followers():
 
 
 def test_a_locked_coordinate():
-    locked = followers(("b", "a", em.linear_function(0.0, 0.4)))
+    locked = coupled(("b", "a", em.linear_function(0.0, 0.4)))
     z = np.full(5, 0.3)
-    (q, v, a), _ = locked.state(z, z, z)
+    (q, v, a), _ = locked.follow_from(z, z, z)
     assert (q[1], v[1], a[1]) == (0.4, 0.0, 0.0)

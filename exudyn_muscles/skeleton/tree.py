@@ -13,11 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..forces.jacobian import PRISMATIC
 from ..numerics.kernel import kernel
-
-# Joint codes: 0, 1, 2 revolute about x, y, z; 3, 4, 5 prismatic along x, y, z.
-PRISMATIC = 3
-GROUND = -1
 
 
 @dataclass(frozen=True, eq=False)

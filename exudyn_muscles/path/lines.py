@@ -1,0 +1,83 @@
+"""Paths and surfaces in space, for pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .frames import point_positions
+from .geodesic import follow_geodesic, steps_over
+from .geometry import move_points, path_tables
+from .paths import Paths
+from .rope import from_surface, is_arc, lay, surface_frames
+from .surfaces import CYLINDER, FIRST, HALF_LENGTH, LAST, RADII, SHAPE
+
+PARTS_OF_AN_ARC = 12
+
+
+def lines(paths: Paths, R: np.ndarray, p: np.ndarray, q: np.ndarray) -> list[np.ndarray]:
+    """Global positions [m] of every muscle's points, (points, 3) each.
+
+    Where a muscle wraps there are points along the geodesic; a path that is a function has none.
+
+    Parameters
+    ----------
+    paths : Paths
+    R, p : (links, 3, 3), (links, 3) ndarray
+        Frames of the links [m].
+    q : (n,) ndarray
+        Coordinates, on which points and functions may depend.
+    """
+    x = np.empty((paths.links.size, 3))
+    point_positions(paths.positions, paths.links, R, p, x)
+    found = np.split(x, paths.starts[1:-1])
+    for i in paths.bent:
+        found[i] = _rope(paths, i, R, p, x, q)
+    return found
+
+
+def surfaces(paths: Paths, R: np.ndarray, p: np.ndarray) -> list[tuple[int, np.ndarray, float]]:
+    """Shape, pose (4, 4) with axes as long as the radii, and half length [m] of every surface."""
+    # Several muscles may wrap over one surface; which of their points do makes no difference.
+    rows = paths.wraps.copy()
+    rows[:, [FIRST, LAST]] = 0.0
+    found = []
+    for row in np.unique(rows, axis=0):
+        frames, pose = np.empty((4, 3)), np.eye(4)
+        surface_frames(row[None], 0, 1, R, p, frames)
+        pose[:3, :3], pose[:3, 3] = frames[:3].T * row[RADII], frames[3]
+        found.append((int(row[SHAPE]), pose, float(row[HALF_LENGTH])))
+    return found
+
+
+def _rope(
+    paths: Paths, i: int, R: np.ndarray, p: np.ndarray, x: np.ndarray, q: np.ndarray
+) -> np.ndarray:
+    """Points along muscle `i`."""
+    offset, surfaces = paths.wrap_starts[i], np.diff(paths.wrap_starts)[i]
+    size = np.diff(paths.starts)[i] + 2 * surfaces
+    rope, tags, arcs = np.empty((size, 3)), np.empty(size, dtype=np.int64), np.empty(surfaces)
+    contacts, frames = np.empty((4 * surfaces, 3)), np.empty((4 * surfaces, 3))
+    move_points(path_tables(paths), R, q, paths.starts[i], paths.starts[i + 1], x)
+    count = lay(
+        paths.rules, paths.starts, paths.wraps, paths.wrap_starts, i, R, p, x, q, rope, tags,
+        contacts, frames, np.empty((11, 3)), arcs, np.empty((20, 8)),
+    )  # fmt: skip
+    points = []
+    for k in range(count):
+        points.append(rope[k])
+        if k + 1 < count and is_arc(tags[k], tags[k + 1]):
+            w = (-1 - tags[k]) // 2
+            radii = paths.wraps[offset + w, RADII]
+            inverse_squares = 1.0 / radii**2
+            if paths.wraps[offset + w, SHAPE] == CYLINDER:
+                inverse_squares[2] = 0.0  # an ellipsoid of that length, too
+            y = np.concatenate([contacts[4 * w], contacts[4 * w + 2], [0.0, 0.0]])
+            part = arcs[w] / PARTS_OF_AN_ARC
+            for _ in range(PARTS_OF_AN_ARC - 1):
+                follow_geodesic(
+                    y, inverse_squares, part, steps_over(radii, part), np.empty((13, 8))
+                )
+                point = np.empty(3)
+                from_surface(frames, w, y, point)
+                points.append(point)
+    return np.array(points).reshape(-1, 3)

@@ -1,0 +1,125 @@
+"""l, l' and r = -dl/dq of all muscles on a tree: frames of its links, paths, J^T."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import WrappingError
+from ..forces.actuators import COORDINATE, KIND, ON, columns
+from ..forces.jacobian import generalized
+from ..numerics.curves import PackedCurves
+from ..numerics.kernel import kernel
+from ..path.geometry import PathTables, path_geometry, path_tables, space_for
+from ..path.lines import lines, surfaces
+from ..path.paths import Paths
+from .tree import Tree, link_frames, tree_frames
+
+FRAME = 15  # numbers of a link's orientation, position and joint axis
+NO_COLUMNS = np.empty((0, 0))
+
+
+class Geometry(NamedTuple):
+    """Musculotendon geometry of m muscles on n coordinates.
+
+    `length` l (m,) [m], `lengthening_speed` l' (m,) [m/s], `moment_arms` r (m, n) [m or 1],
+    r = -dl/dq, so that the torques are r^T F. Ideal actuators with the forces f (k,) add S f;
+    `columns` are S (n, k).
+    """
+
+    length: np.ndarray
+    lengthening_speed: np.ndarray
+    moment_arms: np.ndarray
+    columns: np.ndarray = NO_COLUMNS
+
+
+@kernel
+def tree_geometry(
+    joints, parents, rotations, offsets, base, reference, positions, links, starts, bent, rules,
+    grids, bins, pieces, wraps, wrap_starts, factors, factor_starts, integers, numbers, q, v, l,
+    l_t, r,
+):  # fmt: skip
+    """Write l (m,), l' (m,) and r (m, n) at the coordinates `q` and speeds `v`.
+
+    Returns the first muscle for which no geodesic was found, or -1. `integers` and
+    `numbers` are for the work.
+    """
+    # Handed over from Python as a tuple they would take a microsecond more.
+    curves = PackedCurves(grids, bins, pieces)
+    paths = PathTables(
+        positions, links, starts, bent, rules, curves, wraps, wrap_starts, factors, factor_starts
+    )
+    n = joints.size
+    R, p = numbers[: 9 * n].reshape((n, 3, 3)), numbers[9 * n : 12 * n].reshape((n, 3))
+    axes = numbers[12 * n : FRAME * n].reshape((n, 3))
+    link_frames(joints, parents, rotations, offsets, base, reference, q, R, p, axes)
+    pulls, failed = path_geometry(paths, R, p, q, integers, numbers[FRAME * n :], l)
+    if failed >= 0:
+        return failed
+    generalized(joints, parents, p, axes, pulls, r)
+    for i in range(l.size):
+        l_t[i] = 0.0
+        for j in range(n):
+            l_t[i] -= r[i, j] * v[j]
+    return -1
+
+
+def geometry_tables(tree: Tree, paths: Paths) -> tuple[np.ndarray, ...]:
+    """The arrays that `tree_geometry` takes before the state; the last two are its work space."""
+    tables, (integers, numbers) = path_tables(paths), space_for(paths)
+    return (
+        tree.joints, tree.parents, tree.rotations, tree.offsets, tree.base, tree.reference,
+        *tables[:5], *tables.curves, *tables[6:], integers,
+        np.empty(FRAME * len(tree) + numbers.size),
+    )  # fmt: skip
+
+
+def compile_geometry(tree: Tree, paths: Paths) -> Callable[[np.ndarray, np.ndarray], Geometry]:
+    """The function (q, q') -> Geometry of these paths on this tree, without argument checks."""
+    tables = geometry_tables(tree, paths)
+    m, n = paths.starts.size - 1, len(tree)
+
+    def geometry(q: np.ndarray, v: np.ndarray) -> Geometry:
+        l, l_t, r = np.empty(m), np.empty(m), np.empty((m, n))
+        failed = tree_geometry(*tables, q, v, l, l_t, r)
+        if failed >= 0:
+            raise WrappingError(
+                f"muscle '{paths.names[failed]}': found no way over an ellipsoid at q = "
+                f"{np.array2string(q, precision=4)}; its line passes too near the center"
+            )
+        return Geometry(l, l_t, r)
+
+    return geometry
+
+
+def compile_columns(tree: Tree, table: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """The function q (N,) -> S (N, r) of the actuators in an `actuator_table`."""
+    shape = len(tree), len(table)
+    if (table[:, KIND] == COORDINATE).all():
+        constant = np.zeros(shape)
+        constant[table[:, ON].astype(int), np.arange(len(table))] = 1.0
+        constant.setflags(write=False)
+        return lambda q: constant
+
+    def of_tree(q: np.ndarray) -> np.ndarray:
+        S = np.empty(shape)
+        columns(tree.joints, tree.parents, *tree_frames(tree, q), table, S)
+        return S
+
+    return of_tree
+
+
+def path_points(tree: Tree, paths: Paths, q: ArrayLike) -> list[np.ndarray]:
+    """The `lines` of all muscles at the tree's coordinates `q` (n,)."""
+    q = np.asarray(q, dtype=float)
+    R, p, _ = tree_frames(tree, q)
+    return lines(paths, R, p, q)
+
+
+def surfaces_at(tree: Tree, paths: Paths, q: ArrayLike) -> list[tuple[int, np.ndarray, float]]:
+    """The `surfaces` at the tree's coordinates `q` (n,)."""
+    R, p, _ = tree_frames(tree, np.asarray(q, dtype=float))
+    return surfaces(paths, R, p)

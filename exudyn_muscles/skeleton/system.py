@@ -1,0 +1,114 @@
+"""What an Exudyn system tells about its kinematic tree, its constraints and its errors."""
+
+from __future__ import annotations
+
+from typing import NoReturn
+
+import exudyn as exu
+import numpy as np
+
+from ..checks import item_shown
+from ..errors import ModelError
+from .tree import Tree
+
+JOINTS = {
+    exu.JointType.RevoluteX: 0,
+    exu.JointType.RevoluteY: 1,
+    exu.JointType.RevoluteZ: 2,
+    exu.JointType.PrismaticX: 3,
+    exu.JointType.PrismaticY: 4,
+    exu.JointType.PrismaticZ: 5,
+}
+
+
+def tree_item(mbs: exu.MainSystem, tree: int) -> dict:
+    """What Exudyn tells about a kinematic tree.
+
+    Raises
+    ------
+    ModelError
+        There is no such object, it is another one, or the number is one of another list.
+    """
+    try:
+        if isinstance(tree, bool):
+            raise TypeError
+        item = mbs.GetObject(tree)
+    except Exception as error:
+        shown = tree if isinstance(tree, exu.ObjectIndex) else item_shown(tree)
+        raise ModelError(f"tree = {shown} is not an object of this mbs") from error
+    if item["objectType"] != "KinematicTree":
+        raise ModelError(
+            f"tree = {tree!r} is an object of type {item['objectType']}; "
+            "the skeleton must be an ObjectKinematicTree"
+        )
+    return item
+
+
+def read_tree(mbs: exu.MainSystem, tree: int) -> Tree:
+    """The kinematic tree as arrays.
+
+    Raises
+    ------
+    ModelError
+        As `tree_item`, or a joint is of another type.
+    """
+    item = tree_item(mbs, tree)
+    n = len(item["jointTypes"])
+    for number, joint in enumerate(item["jointTypes"]):
+        if joint not in JOINTS:
+            raise ModelError(f"link {number}: joint type {joint} is not one of {list(JOINTS)}")
+    reference = mbs.GetNodeParameter(item["nodeNumber"], "referenceCoordinates")
+    return Tree(
+        joints=np.array([JOINTS[joint] for joint in item["jointTypes"]], dtype=np.int64),
+        parents=np.array(item["linkParents"], dtype=np.int64),
+        rotations=np.array(item["jointTransformations"].GetPythonObject()).reshape(n, 3, 3),
+        offsets=np.array(item["jointOffsets"].GetPythonObject(), dtype=float).reshape(n, 3),
+        base=np.array(item["baseOffset"], dtype=float),
+        reference=np.zeros(n) + (reference if np.size(reference) else 0.0),
+    )
+
+
+def check_assembled(mbs: exu.MainSystem) -> None:
+    """Raise ModelError unless Exudyn can solve the system and its coordinates are free."""
+    if not mbs.systemIsConsistent:
+        raise ModelError("the mbs is not assembled: call mbs.Assemble() first")
+    constrained = constrained_objects(mbs)
+    if constrained:
+        raise ModelError(
+            f"the mbs has algebraic constraints, of {', '.join(constrained)}; the methods need "
+            "independent coordinates. Rigid bodies have none with "
+            "nodeType=exu.NodeType.RotationRxyz; instead of joints between bodies build links "
+            "of the kinematic tree, instead of constraints between its coordinates give the "
+            "model dependent_coordinates"
+        )
+
+
+def constrained_objects(mbs: exu.MainSystem) -> list[str]:
+    """Types, names and numbers of the objects that have algebraic equations."""
+    data = mbs.systemData
+    if data.AEsize() == 0:
+        return []
+    numbers = [k for k in range(data.NumberOfObjects()) if data.GetObjectLTGAE(k)]
+    items = {k: mbs.GetObject(k) for k in numbers}
+    return [f"{item['objectType']} '{item['name']}' (object {k})" for k, item in items.items()]
+
+
+def original(error: BaseException) -> BaseException:
+    """The exception that a user function raised, which Exudyn wraps, once for every solver.
+
+    An interrupt in compiled code may come as SystemError.
+    """
+    while isinstance(error, (exu.ExudynError, SystemError)) and error.__cause__ is not None:
+        error = error.__cause__
+    return error
+
+
+def raise_as_itself(raised: BaseException, caught: BaseException) -> NoReturn:
+    """Raise the `original` of a caught exception with the context that it had."""
+    if raised is caught:
+        raise raised
+    context, hidden = raised.__context__, raised.__suppress_context__
+    try:
+        raise raised
+    finally:
+        raised.__context__, raised.__suppress_context__ = context, hidden
