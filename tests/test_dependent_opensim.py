@@ -48,7 +48,7 @@ def build(coupled):
             source.tree.joints, source.parents, source.frames, link_inertias(source), strict=True
         )
     ]
-    names, coupled = [], []
+    names, dependents = [], []
     for k, (number, function) in enumerate(source.drives):
         coordinate = source.coordinates[number]
         x = np.array([-1.0, 0.5, 1.0])
@@ -56,7 +56,7 @@ def build(coupled):
             names.append(coordinate)
         else:
             names.append(f"{coordinate}, link {k}")
-            coupled.append(em.DependentCoordinate(names[-1], of=coordinate, function=function))
+            dependents.append(em.DependentCoordinate(names[-1], of=coordinate, function=function))
     for coordinate in sorted(set(source.coordinates) - set(names)):
         # No axis has its value: a point on a hinge of its own, which adds nothing to M.
         point = RigidBodyInertia(mass=1.0, inertiaTensor=np.zeros((3, 3)))
@@ -67,7 +67,7 @@ def build(coupled):
         function = curve(coupler.find("coupled_coordinates_function")[0])
         of = coupler.findtext("independent_coordinate_names").strip()
         dependent = coupler.findtext("dependent_coordinate_name").strip()
-        coupled.append(em.DependentCoordinate(dependent, of=of, function=function))
+        dependents.append(em.DependentCoordinate(dependent, of=of, function=function))
     mbs = exu.SystemContainer().AddSystem()
     tree = mbs.CreateKinematicTree(
         listOfTreeLinks=[
@@ -78,7 +78,7 @@ def build(coupled):
     )
     mbs.Assemble()
     model = em.MusculoskeletalModel(
-        mbs, tree, source.muscles, coordinates=names, dependent_coordinates=coupled
+        mbs, tree, source.muscles, coordinates=names, dependent_coordinates=dependents
     )
     return model, source, numbers
 
