@@ -30,7 +30,7 @@ from ..skeleton.geometry import Geometry, geometry_tables, tree_geometry
 
 @kernel
 def unified_step(
-    table, grids, bins, pieces, joints, parents, rotations, offsets, base, reference, positions,
+    table, grids, bins, pieces, joints, parents, rotations, offsets, reference, positions,
     links, starts, bent, rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors,
     factor_starts, integers, numbers, q, v, h, start, trial, r, torque,
 ):  # fmt: skip
@@ -43,7 +43,7 @@ def unified_step(
     tables = MuscleTables(table, PackedCurves(grids, bins, pieces))
     l, l_rate = trial[2], trial[3]
     failed = tree_geometry(
-        joints, parents, rotations, offsets, base, reference, positions, links, starts, bent,
+        joints, parents, rotations, offsets, reference, positions, links, starts, bent,
         rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors, factor_starts,
         integers, numbers, q, v, l, l_rate, r,
     )  # fmt: skip

@@ -38,7 +38,7 @@ class Geometry(NamedTuple):
 
 @kernel
 def tree_geometry(
-    joints, parents, rotations, offsets, base, reference, positions, links, starts, bent, rules,
+    joints, parents, rotations, offsets, reference, positions, links, starts, bent, rules,
     grids, bins, pieces, wraps, wrap_starts, factors, factor_starts, integers, numbers, q, v, l,
     l_t, r,
 ):  # fmt: skip
@@ -55,7 +55,7 @@ def tree_geometry(
     n = joints.size
     R, p = numbers[: 9 * n].reshape((n, 3, 3)), numbers[9 * n : 12 * n].reshape((n, 3))
     axes = numbers[12 * n : FRAME * n].reshape((n, 3))
-    link_frames(joints, parents, rotations, offsets, base, reference, q, R, p, axes)
+    link_frames(joints, parents, rotations, offsets, reference, q, R, p, axes)
     pulls, failed = path_geometry(paths, R, p, q, integers, numbers[FRAME * n :], l)
     if failed >= 0:
         return failed
@@ -71,7 +71,7 @@ def geometry_tables(tree: Tree, paths: Paths) -> tuple[np.ndarray, ...]:
     """The arrays that `tree_geometry` takes before the state; the last two are its work space."""
     tables, (integers, numbers) = path_tables(paths), space_for(paths)
     return (
-        tree.joints, tree.parents, tree.rotations, tree.offsets, tree.base, tree.reference,
+        *tree.tables(),
         *tables[:5], *tables.curves, *tables[6:], integers,
         np.empty(FRAME * len(tree) + numbers.size),
     )  # fmt: skip
@@ -104,9 +104,12 @@ def compile_columns(tree: Tree, table: np.ndarray) -> Callable[[np.ndarray], np.
         constant.setflags(write=False)
         return lambda q: constant
 
+    tables, (R, p, axes) = tree.tables(), tree_frames(tree, tree.reference)  # work space
+
     def of_tree(q: np.ndarray) -> np.ndarray:
+        link_frames(*tables, q, R, p, axes)
         S = np.empty(shape)
-        columns(tree.joints, tree.parents, *tree_frames(tree, q), table, S)
+        columns(tree.joints, tree.parents, R, p, axes, table, S)
         return S
 
     return of_tree

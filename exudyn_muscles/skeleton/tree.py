@@ -47,27 +47,32 @@ class Tree:
     def __len__(self) -> int:
         return self.joints.size
 
+    def tables(self) -> tuple[np.ndarray, ...]:
+        """The arrays that `link_frames` takes before the coordinates."""
+        offsets = np.where(self.parents[:, None] < 0, self.base + self.offsets, self.offsets)
+        return self.joints, self.parents, self.rotations, offsets, self.reference
+
 
 def tree_frames(tree: Tree, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Orientations (n, 3, 3), positions (n, 3) and global joint axes (n, 3) of all links."""
     n = len(tree)
     R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
-    link_frames(
-        tree.joints, tree.parents, tree.rotations, tree.offsets, tree.base, tree.reference, q, R, p,
-        axes,
-    )  # fmt: skip
+    link_frames(*tree.tables(), q, R, p, axes)
     return R, p, axes
 
 
 @kernel
-def link_frames(joints, parents, rotations, offsets, base, reference, q, R, p, axes):
-    """Write orientations R (n, 3, 3), positions p (n, 3) and global joint axes (n, 3)."""
+def link_frames(joints, parents, rotations, offsets, reference, q, R, p, axes):
+    """Write orientations R (n, 3, 3), positions p (n, 3) and global joint axes (n, 3).
+
+    Offsets of links on ground are global positions.
+    """
     for i in range(joints.size):
         k = parents[i]
         theta = q[i] + reference[i]
         for row in range(3):
             if k < 0:
-                p[i, row] = base[row] + offsets[i, row]
+                p[i, row] = offsets[i, row]
                 for column in range(3):
                     R[i, row, column] = rotations[i, row, column]
             else:
