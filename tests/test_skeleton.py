@@ -17,6 +17,7 @@ import exudyn_muscles as em
 from exudyn_muscles.skeleton.hold import Hold
 from exudyn_muscles.skeleton.skeleton import Skeleton
 from exudyn_muscles.skeleton.tree import tree_frames
+from models import pendulum
 
 from .differences import gradient
 from .path.trees import JOINTS, add_tree, random_links
@@ -109,6 +110,26 @@ def lagrange(system, q, v):
     dM = gradient(mass, q, 1e-2)
     H = np.einsum("ijk,j,k->i", dM, v, v) - 0.5 * np.einsum("jki,j,k->i", dM, v, v)
     return mass(q), H + gradient(potential, q, 1e-3)
+
+
+def test_before_it_is_opened():
+    """The state can be read, as it is then; what has to be evaluated says how."""
+    model = pendulum.build()
+    skeleton, data = model.skeleton, model.mbs.systemData
+    for q in ([0.3], [0.4]):
+        data.SetODE2Coordinates(q)
+        data.SetODE2Coordinates_t([2.0])
+        assert skeleton.q == q and skeleton.v == [2.0]
+    assert [len(values) for values in skeleton.start] == [1, 1, 1]
+    for evaluate in (
+        skeleton.dynamics,
+        lambda: skeleton.dynamics_at(skeleton.q, skeleton.v, 0.0),
+        lambda: skeleton.apply(np.zeros(1)),
+    ):
+        with pytest.raises(em.ModelError, match=r"not open yet: .* skeleton\.opened\(\)"):
+            evaluate()
+    with skeleton.opened():
+        assert np.isfinite(skeleton.dynamics()[0]).all()
 
 
 @pytest.mark.parametrize("seed", range(6))

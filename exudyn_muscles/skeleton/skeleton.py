@@ -65,8 +65,6 @@ class Skeleton:
         Coordinates cannot depend on each other as given.
     """
 
-    _opened: Opened  # since the last `open`
-
     def __init__(
         self,
         mbs: exu.MainSystem,
@@ -92,6 +90,7 @@ class Skeleton:
         first = mbs.systemData.GetObjectLTGODE2(tree)[0]
         self.rows = slice(first, first + n)
         self.free = self.basis.within(self.rows)
+        self._opened: Opened | None = None  # since the last `open`
 
     @property
     def others(self) -> int:
@@ -211,35 +210,45 @@ class Skeleton:
         """Put a snapshot back."""
         State(self.mbs, self.rows).restore(snapshot)
 
-    # Once it is open: the current state, and evaluations there.
+    # The current state and, once it is open, evaluations there.
+
+    @property
+    def _live(self) -> Opened:
+        if self._opened is None:
+            raise ModelError("the skeleton is not open yet: evaluate it within skeleton.opened()")
+        return self._opened
+
+    @property
+    def _state(self) -> State:
+        return State(self.mbs, self.rows) if self._opened is None else self._opened.state
 
     @property
     def q(self) -> np.ndarray:
         """Independent coordinates (n,) of the current state."""
-        return self.basis.part(self._opened.state.q)
+        return self.basis.part(self._state.q)
 
     @property
     def v(self) -> np.ndarray:
         """Their speeds (n,)."""
-        return self.basis.part(self._opened.state.v)
+        return self.basis.part(self._state.v)
 
     @property
     def acceleration(self) -> np.ndarray:
         """Their accelerations (n,)."""
-        return self.basis.part(self._opened.state.a)
+        return self.basis.part(self._state.a)
 
     @property
     def start(self) -> tuple[np.ndarray, ...]:
         """The same three at the start of the step."""
-        return tuple(self.basis.part(values) for values in self._opened.state.start)
+        return tuple(self.basis.part(values) for values in self._state.start)
 
     def tree_state(self) -> tuple[np.ndarray, np.ndarray]:
         """All coordinates of the tree and their speeds (N,) in the current state."""
-        return self.basis.state(self._opened)
+        return self.basis.state(self._live)
 
     def dynamics(self) -> tuple[np.ndarray, np.ndarray]:
         """M (n, n) and H - Q (n,), without the muscles, at the system's current state and time."""
-        return self.basis.dynamics(self._opened)
+        return self.basis.dynamics(self._live)
 
     def dynamics_at(self, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
         """M (n, n) and H - Q (n,) at coordinates `q`, speeds `v` and time `t`.
@@ -247,12 +256,7 @@ class Skeleton:
         Other bodies of the system stay where they are. The system's state and time are as before
         afterwards, to the last bit.
         """
-        state = self._opened.state
-        before = state.snapshot()
-        try:
-            return self._dynamics_there(q, v, t)
-        finally:
-            state.restore(before)
+        return self._dynamics_there(q, v, t, ahead=False)
 
     def dynamics_ahead(
         self, q: np.ndarray, v: np.ndarray, t: float
@@ -261,50 +265,50 @@ class Skeleton:
 
         They go on with constant acceleration, which is of second order.
         """
-        state = self._opened.state
-        before = state.snapshot()
-        try:
-            state.go_on_until(t)
-            return self._dynamics_there(q, v, t)
-        finally:
-            state.restore(before)
+        return self._dynamics_there(q, v, t, ahead=True)
 
     def _dynamics_there(
-        self, q: np.ndarray, v: np.ndarray, t: float
+        self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool
     ) -> tuple[np.ndarray, np.ndarray]:
-        state = self._opened.state
-        state.q[:], state.v[:] = self.state_of_tree(q, v)
-        self.mbs.systemData.SetTime(t)
-        return self.dynamics()
+        state = self._live.state
+        before = state.snapshot()
+        try:
+            if ahead:
+                state.go_on_until(t)
+            state.q[:], state.v[:] = self.state_of_tree(q, v)
+            self.mbs.systemData.SetTime(t)
+            return self.dynamics()
+        finally:
+            state.restore(before)
 
     # In a run.
 
     def begin(self, torque: np.ndarray) -> None:
         """Set the muscles' torques (n,) at the start of a run, which is the current state."""
-        self.basis.begin(self._opened, torque)
+        self.basis.begin(self._live, torque)
 
     def settle(self, newmark: bool) -> None:
         """The run begins here; raise ParameterError if with wrong accelerations (`Independent`)."""
-        self.basis.settle(self._opened, newmark)
+        self.basis.settle(self._live, newmark)
 
     def apply(self, torque: np.ndarray | None) -> None:
         """Set the muscles' torques (n,) at Exudyn's iterate, on top of the user's own
         `jointForceVector`; None: the last ones stay."""
-        self.basis.apply(self._opened, torque)
+        self.basis.apply(self._live, torque)
 
     @property
     def applied(self) -> np.ndarray:
         """The muscles' torques (n,) that Exudyn has now."""
-        return self.basis.applied(self._opened)
+        return self.basis.applied(self._live)
 
     def reduced(self, covectors: np.ndarray) -> np.ndarray:
         """x R (..., n) of torques or moment arms x (..., N) at the current state."""
-        return self.basis.reduced(self._opened, covectors)
+        return self.basis.reduced(self._live, covectors)
 
     def reduced_rows(self, exact: np.ndarray) -> np.ndarray:
         """The tree's rows of Exudyn's Newton matrix as those of the independent coordinates."""
-        return self.basis.reduced_rows(self._opened, exact)
+        return self.basis.reduced_rows(self._live, exact)
 
     def all_rows(self, wanted: np.ndarray) -> np.ndarray:
         """The tree's rows of a Newton matrix with those of the independent coordinates."""
-        return self.basis.all_rows(self._opened, wanted)
+        return self.basis.all_rows(self._live, wanted)
