@@ -239,23 +239,28 @@ def test_end_of_the_cylinder():
     assert straight_over(em.WrapCylinder(0.02, active=False), *ends) == 0.1
 
 
+def extra(points, *wraps):
+    """How much longer a path gets by wraps."""
+    path = [em.PathPoint(x) for x in points]
+    both = Muscles(slider(), muscle(path, wraps), muscle(path, name="straight")).lengths([0.0])
+    return both[0] - both[1]
+
+
 def test_range_of_points():
     """Only the segments between the two points wrap."""
     points = [[-0.06, 0.001, 0.0], [0.06, 0.001, 0.0], [-0.06, 0.001, 0.01], [-0.07, 0.1, 0.0]]
-    path = [em.PathPoint(x) for x in points]
     surface = SURFACES["cylinder"]
 
-    def extra(*wraps):
-        both = Muscles(slider(), muscle(path, wraps), muscle(path, name="straight")).lengths([0.0])
-        return both[0] - both[1]
-
-    first, second = extra(em.PathWrap(surface, 0, 1)), extra(em.PathWrap(surface, 1, 2))
+    first, second = (
+        extra(points, em.PathWrap(surface, 0, 1)),
+        extra(points, em.PathWrap(surface, 1, 2)),
+    )
     assert 0.0 < first != second > 0.0
-    assert extra(surface) == first  # the first one that is cut
-    assert extra(em.PathWrap(surface, 0, 1), em.PathWrap(surface, 1, 2)) == pytest.approx(
+    assert extra(points, surface) == first  # the first one that is cut
+    assert extra(points, em.PathWrap(surface, 0, 1), em.PathWrap(surface, 1, 2)) == pytest.approx(
         first + second, rel=1e-14
     )
-    assert extra(em.PathWrap(surface, -2, -1)) == 0.0
+    assert extra(points, em.PathWrap(surface, -2, -1)) == 0.0
 
 
 @pytest.mark.parametrize("closer", [0, 1], ids=["first", "second"])
@@ -264,18 +269,16 @@ def test_the_first_segment_that_cuts(closer):
     offset = [0.001, 0.015] if closer == 0 else [0.015, 0.001]  # of the lines from the axis
     points = [[-0.06, offset[0], 0.0], [0.06, offset[0], 0.0], [0.06, -offset[1], 0.0],
               [-0.06, -offset[1], 0.0]]  # fmt: skip
-    path = [em.PathPoint(x) for x in points]
     surface = SURFACES["cylinder"]
 
-    def extra(*wraps):
-        both = Muscles(slider(), muscle(path, wraps), muscle(path, name="straight")).lengths([0.0])
-        return both[0] - both[1]
-
-    first, last = extra(em.PathWrap(surface, 0, 1)), extra(em.PathWrap(surface, 2, 3))
+    first, last = (
+        extra(points, em.PathWrap(surface, 0, 1)),
+        extra(points, em.PathWrap(surface, 2, 3)),
+    )
     assert (first > last) == (closer == 0)
     assert min(first, last) > 1e-4
-    assert extra(surface) == pytest.approx(first, rel=1e-12)
-    assert extra(em.PathWrap(surface, 1, 3)) == pytest.approx(last, rel=1e-12)
+    assert extra(points, surface) == pytest.approx(first, rel=1e-12)
+    assert extra(points, em.PathWrap(surface, 1, 3)) == pytest.approx(last, rel=1e-12)
 
 
 def test_segments_that_do_not_cut():
@@ -283,11 +286,6 @@ def test_segments_that_do_not_cut():
     a segment that cuts comes before that."""
     surface = em.WrapCylinder(0.02, side="x")
     points = [[-0.06, -1.0, 0.0], [-0.021, 1.0, 0.0], [-0.021, -1.0, 0.0], [-0.05, 1.0, 0.0]]
-
-    def extra(points, *wraps):
-        path = [em.PathPoint(x) for x in points]
-        both = Muscles(slider(), muscle(path, wraps), muscle(path, name="straight")).lengths([0.0])
-        return both[0] - both[1]
 
     each = [extra(points, em.PathWrap(surface, k, k + 1)) for k in range(3)]
     assert 1e-3 < each[1] < min(each[0], each[2])
