@@ -106,7 +106,7 @@ class MusculoskeletalModel:
                 self.reserves, skeleton.tree_coordinates, self.coordinates, len(skeleton.tree)
             ),
         )
-        geometry = compile_geometry(skeleton.tree, self.paths)
+        geometry = compile_geometry(skeleton.tree, self.paths, self.muscles.names)
         if reserves:
             geometry = _with_columns(geometry, self.columns)
         self.geometry = skeleton.basis.geometry(geometry)

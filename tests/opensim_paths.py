@@ -78,7 +78,7 @@ class OpenSimPaths:
             if item.find("GeometryPath") is not None
         )
         self.paths = paths_of(self.muscles, len(self.tree))
-        self.geometry = compile_geometry(self.tree, self.paths)
+        self.geometry = compile_geometry(self.tree, self.paths, self.muscles.names)
 
     def add_joint(self, joint):
         frames = {}

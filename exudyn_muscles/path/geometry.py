@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..numerics.curves import PackedCurves, evaluate
+from ..numerics.curves import evaluate
 from ..numerics.kernel import kernel
 from .frames import point_positions
 from .functions import function_pulls
@@ -41,30 +41,6 @@ SHORT = 1e-7
 COINCIDENT = 1e-13
 
 
-class PathTables(NamedTuple):
-    """What kernels take of `Paths`, under the same names."""
-
-    positions: np.ndarray
-    links: np.ndarray
-    starts: np.ndarray
-    bent: np.ndarray
-    rules: np.ndarray
-    curves: PackedCurves
-    wraps: np.ndarray
-    wrap_starts: np.ndarray
-    factors: np.ndarray
-    factor_starts: np.ndarray
-
-
-def path_tables(paths: Paths) -> PathTables:
-    """The tables of these paths."""
-    # Copies, because numba takes 0.2 us longer over every array that is read-only.
-    curves = PackedCurves(*(array.copy() for array in paths.curves))
-    return PathTables(*(getattr(paths, name) for name in PathTables._fields))._replace(
-        curves=curves
-    )
-
-
 class Room(NamedTuple):
     """Where bent muscles are laid, one after the other: a rope, and what `lay` writes of it."""
 
@@ -84,7 +60,7 @@ def space_for(paths: Paths) -> tuple[np.ndarray, np.ndarray]:
     pulls = 2 * points  # more than one at each end of a segment
     pulls[paths.bent] *= 4  # and where a point moves, three more
     sizes = points.max(), surfaces.max(), pulls.sum() + len(paths.factors)
-    room = 3 * sizes[POINTS] + PER_SURFACE * sizes[SURFACES] + WORK
+    room = numbers_of_room(sizes[POINTS], sizes[SURFACES])
     numbers = 3 + PULL_COLUMNS * sizes[PULLS] + paths.positions.size + room
     return (
         np.array([*sizes, *np.zeros(2 * (len(points) + sizes[PULLS]) + sizes[POINTS])], dtype=int),
@@ -92,9 +68,29 @@ def space_for(paths: Paths) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
+def numbers_of_room(points: int, surfaces: int) -> int:
+    """How many numbers `room_in` needs for so long a rope over so many surfaces."""
+    return 3 * points + PER_SURFACE * surfaces + WORK
+
+
+def room_in(tags: np.ndarray, numbers: np.ndarray, surfaces: int) -> Room:
+    """The `Room` in what is left of a work room."""
+    a = 3 * tags.size
+    b, c, d = a + 12 * surfaces, a + 24 * surfaces, a + PER_SURFACE * surfaces
+    return Room(
+        numbers[:a].reshape((tags.size, 3)), tags,
+        numbers[a:b].reshape((4 * surfaces, 3)), numbers[b:c].reshape((4 * surfaces, 3)),
+        numbers[c:d], numbers[d : d + 33].reshape((11, 3)), numbers[d + 33 :].reshape((20, 8)),
+    )  # fmt: skip
+
+
+# Kernels hand no views out to Python, which calls the function itself.
+_room_in = kernel(room_in)
+
+
 @kernel
 def path_geometry(paths, R, p, q, integers, numbers, l):
-    """Write l (m,) of the `PathTables` where the links have the frames R, p.
+    """Write l (m,) of `Paths` where the links have the frames R, p.
 
     Returns the `Pulls` and the first muscle for which no geodesic was found, or -1. The pulls
     belong to the work space `integers`, `numbers`, which the next call overwrites.
@@ -118,7 +114,7 @@ def path_geometry(paths, R, p, q, integers, numbers, l):
         pulls.lasts[i] = k
     if paths.bent.size == 0:
         return pulls, -1
-    room = room_in(integers[b + rows :], numbers[d:], integers[SURFACES])
+    room = _room_in(integers[b + rows :], numbers[d:], integers[SURFACES])
     for i in paths.bent:
         pulls.firsts[i] = k
         l[i], k = bent_path(paths, i, R, p, q, x, e, room, pulls, k)
@@ -126,18 +122,6 @@ def path_geometry(paths, R, p, q, integers, numbers, l):
         if math.isnan(l[i]):
             return pulls, i
     return pulls, -1
-
-
-@kernel
-def room_in(tags, numbers, surfaces):
-    """The `Room` in what is left of a work room."""
-    a = 3 * tags.size
-    b, c, d = a + 12 * surfaces, a + 24 * surfaces, a + PER_SURFACE * surfaces
-    return Room(
-        numbers[:a].reshape((tags.size, 3)), tags,
-        numbers[a:b].reshape((4 * surfaces, 3)), numbers[b:c].reshape((4 * surfaces, 3)),
-        numbers[c:d], numbers[d : d + 33].reshape((11, 3)), numbers[d + 33 :].reshape((20, 8)),
-    )  # fmt: skip
 
 
 @kernel(inline=True)
@@ -167,10 +151,7 @@ def bent_path(paths, i, R, p, q, x, e, room, pulls, k):
     if first < last:
         length, k = function_pulls(paths.factors, paths.curves, first, last, q, pulls, k)
     move_points(paths, R, q, paths.starts[i], paths.starts[i + 1], x)
-    count = lay(
-        paths.rules, paths.starts, paths.wraps, paths.wrap_starts, i, R, p, x, q, rope, tags,
-        room.contacts, room.frames, room.trial, room.arcs, room.work,
-    )  # fmt: skip
+    count = lay_muscle(paths, i, R, p, q, x, room)
     for a in range(count - 1):
         if is_arc(tags[a], tags[a + 1]):
             length += room.arcs[(-1 - tags[a]) // 2]
@@ -193,6 +174,15 @@ def bent_path(paths, i, R, p, q, x, e, room, pulls, k):
                 link = int(paths.wraps[paths.wrap_starts[i] + (-1 - tag) // 2, LINK])
             k = pull_link(pulls, k, link, rope, end, e, sign)
     return length, k
+
+
+@kernel
+def lay_muscle(paths, i, R, p, q, x, room):
+    """`lay` muscle `i` in a `Room`; returns how many points its rope has."""
+    return lay(
+        paths.rules, paths.starts, paths.wraps, paths.wrap_starts, i, R, p, x, q, room.rope,
+        room.tags, room.contacts, room.frames, room.trial, room.arcs, room.work,
+    )  # fmt: skip
 
 
 @kernel

@@ -6,9 +6,9 @@ import numpy as np
 
 from .frames import point_positions
 from .geodesic import follow_geodesic, steps_over
-from .geometry import move_points, path_tables
+from .geometry import lay_muscle, move_points, numbers_of_room, room_in
 from .paths import Paths
-from .rope import from_surface, is_arc, lay, surface_frames
+from .rope import from_surface, is_arc, surface_frames
 from .surfaces import CYLINDER, FIRST, HALF_LENGTH, LAST, RADII, SHAPE
 
 PARTS_OF_AN_ARC = 12
@@ -54,30 +54,26 @@ def _rope(
 ) -> np.ndarray:
     """Points along muscle `i`."""
     offset, surfaces = paths.wrap_starts[i], np.diff(paths.wrap_starts)[i]
-    size = np.diff(paths.starts)[i] + 2 * surfaces
-    rope, tags, arcs = np.empty((size, 3)), np.empty(size, dtype=np.int64), np.empty(surfaces)
-    contacts, frames = np.empty((4 * surfaces, 3)), np.empty((4 * surfaces, 3))
-    move_points(path_tables(paths), R, q, paths.starts[i], paths.starts[i + 1], x)
-    count = lay(
-        paths.rules, paths.starts, paths.wraps, paths.wrap_starts, i, R, p, x, q, rope, tags,
-        contacts, frames, np.empty((11, 3)), arcs, np.empty((20, 8)),
-    )  # fmt: skip
+    tags = np.empty(np.diff(paths.starts)[i] + 2 * surfaces, dtype=np.int64)
+    room = room_in(tags, np.empty(numbers_of_room(tags.size, surfaces)), surfaces)
+    move_points(paths, R, q, paths.starts[i], paths.starts[i + 1], x)
+    count = lay_muscle(paths, i, R, p, q, x, room)
     points = []
     for k in range(count):
-        points.append(rope[k])
+        points.append(room.rope[k])
         if k + 1 < count and is_arc(tags[k], tags[k + 1]):
             w = (-1 - tags[k]) // 2
             radii = paths.wraps[offset + w, RADII]
             inverse_squares = 1.0 / radii**2
             if paths.wraps[offset + w, SHAPE] == CYLINDER:
                 inverse_squares[2] = 0.0  # an ellipsoid of that length, too
-            y = np.concatenate([contacts[4 * w], contacts[4 * w + 2], [0.0, 0.0]])
-            part = arcs[w] / PARTS_OF_AN_ARC
+            y = np.concatenate([room.contacts[4 * w], room.contacts[4 * w + 2], [0.0, 0.0]])
+            part = room.arcs[w] / PARTS_OF_AN_ARC
             for _ in range(PARTS_OF_AN_ARC - 1):
                 follow_geodesic(
                     y, inverse_squares, part, steps_over(radii, part), np.empty((13, 8))
                 )
                 point = np.empty(3)
-                from_surface(frames, w, y, point)
+                from_surface(room.frames, w, y, point)
                 points.append(point)
     return np.array(points).reshape(-1, 3)

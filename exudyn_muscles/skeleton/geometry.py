@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from ..forces.actuators import COORDINATE, KIND, ON, columns
 from ..forces.jacobian import generalized
 from ..numerics.curves import PackedCurves
 from ..numerics.kernel import kernel
-from ..path.geometry import PathTables, path_geometry, path_tables, space_for
+from ..path.geometry import path_geometry, space_for
 from ..path.lines import lines, surfaces
 from ..path.paths import Paths
 from .tree import Tree, link_frames, tree_frames
@@ -49,7 +49,7 @@ def tree_geometry(
     """
     # Handed over from Python as a tuple they would take a microsecond more.
     curves = PackedCurves(grids, bins, pieces)
-    paths = PathTables(
+    paths = Paths(
         positions, links, starts, bent, rules, curves, wraps, wrap_starts, factors, factor_starts
     )
     n = joints.size
@@ -69,16 +69,21 @@ def tree_geometry(
 
 def geometry_tables(tree: Tree, paths: Paths) -> tuple[np.ndarray, ...]:
     """The arrays that `tree_geometry` takes before the state; the last two are its work space."""
-    tables, (integers, numbers) = path_tables(paths), space_for(paths)
+    integers, numbers = space_for(paths)
     return (
         *tree.tables(),
-        *tables[:5], *tables.curves, *tables[6:], integers,
+        *paths[:5], *paths.curves, *paths[6:], integers,
         np.empty(FRAME * len(tree) + numbers.size),
     )  # fmt: skip
 
 
-def compile_geometry(tree: Tree, paths: Paths) -> Callable[[np.ndarray, np.ndarray], Geometry]:
-    """The function (q, q') -> Geometry of these paths on this tree, without argument checks."""
+def compile_geometry(
+    tree: Tree, paths: Paths, muscles: Sequence[str]
+) -> Callable[[np.ndarray, np.ndarray], Geometry]:
+    """The function (q, q') -> Geometry of the paths of these muscles, by their names, on a tree.
+
+    Without checks of the arguments; raises WrappingError.
+    """
     tables = geometry_tables(tree, paths)
     m, n = paths.starts.size - 1, len(tree)
 
@@ -87,7 +92,7 @@ def compile_geometry(tree: Tree, paths: Paths) -> Callable[[np.ndarray, np.ndarr
         failed = tree_geometry(*tables, q, v, l, l_t, r)
         if failed >= 0:
             raise WrappingError(
-                f"muscle '{paths.names[failed]}': found no way over an ellipsoid at q = "
+                f"muscle '{muscles[failed]}': found no way over an ellipsoid at q = "
                 f"{np.array2string(q, precision=4)}; its line passes too near the center"
             )
         return Geometry(l, l_t, r)

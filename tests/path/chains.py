@@ -46,7 +46,7 @@ class Muscles:
     def __init__(self, tree, *muscles, names=None):
         self.tree = tree
         self.paths = paths_of(muscles, len(tree), names)
-        self.geometry = compile_geometry(tree, self.paths)
+        self.geometry = compile_geometry(tree, self.paths, [each.name for each in muscles])
 
     def lengths(self, q):
         q = np.asarray(q, dtype=float)

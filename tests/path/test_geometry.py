@@ -59,7 +59,7 @@ class Oracle:
         self.mbs.Assemble()
         self.tree = Skeleton(self.mbs, number).tree
         self.paths = paths_of(self.muscles, n)
-        self.geometry = compile_geometry(self.tree, self.paths)
+        self.geometry = compile_geometry(self.tree, self.paths, self.muscles.names)
 
     def add_marker(self, number, point):
         if point.link < 0:
@@ -161,6 +161,6 @@ def test_coincident_points():
     muscles = em.MuscleSet(
         [muscle("once", [ends[0], via, ends[1]]), muscle("twice", [ends[0], via, via, ends[1]])]
     )
-    geometry = compile_geometry(tree, paths_of(muscles, 2))(np.ones(2), np.ones(2))
+    geometry = compile_geometry(tree, paths_of(muscles, 2), muscles.names)(np.ones(2), np.ones(2))
     assert geometry.length[0] == pytest.approx(geometry.length[1], rel=1e-15)
     np.testing.assert_allclose(geometry.moment_arms[0], geometry.moment_arms[1], rtol=1e-14)
