@@ -1,6 +1,5 @@
 """Muscle-driven forward dynamics and the muscle recruitment problem, as a plugin for Exudyn."""
 
-import warnings
 from importlib.metadata import version
 from typing import Any
 
@@ -29,6 +28,7 @@ from .errors import (
     WindowError,
     WrappingError,
 )
+from .errors import warn as _warn
 from .files.storage import Storage, read_storage
 from .forces.actuators import PointActuator, Reserve, TorqueActuator
 from .forces.external import ExternalForce
@@ -189,5 +189,5 @@ def __getattr__(name: str) -> Any:
     if name not in _RENAMED:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     new = _RENAMED[name]
-    warnings.warn(f"exudyn_muscles.{name} is now {new.__name__}", DeprecationWarning, stacklevel=2)
+    _warn(f"exudyn_muscles.{name} is now {new.__name__}", DeprecationWarning)
     return new

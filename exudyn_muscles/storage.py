@@ -1,8 +1,8 @@
 """Names that have moved; they warn, and will be gone with the next version."""
 
-import warnings
 from typing import Any
 
+from .errors import warn
 from .files import storage as _files
 from .opensim import result_files as _results
 
@@ -24,7 +24,5 @@ def __getattr__(name: str) -> Any:
     if name not in _MOVED:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     module, place = _MOVED[name]
-    warnings.warn(
-        f"exudyn_muscles.storage.{name} is now {place}.{name}", DeprecationWarning, stacklevel=2
-    )
+    warn(f"exudyn_muscles.storage.{name} is now {place}.{name}", DeprecationWarning)
     return getattr(module, name)
