@@ -21,8 +21,8 @@ from ..motion import Motion, check_motion
 from ..results.trajectory import Trajectory
 from ..simulation.run import number_of_steps, simulate
 from ..skeleton.geometry import Geometry
-from .recruiting import MuscleOptimization
-from .tracking import Tracking, TrackingSettings, tracking_start
+from .tracked import TrackedState, start_tracking, tracked
+from .tracking import TrackingSettings, tracking_start
 from .unified import UnifiedPlugin, UnifiedState
 
 
@@ -115,21 +115,17 @@ def computed_muscle_control(
 
 
 @dataclass(eq=False, kw_only=True)
-class CMCState(UnifiedState):
+class CMCState(TrackedState, UnifiedState):
     """State of a run of CMC.
 
     Attributes
     ----------
-    muscles : MuscleOptimization
-    tracking : Tracking
     window_end : float
         Of the window that goes on [s].
     held : (m,) ndarray
         Its excitations.
     """
 
-    muscles: MuscleOptimization
-    tracking: Tracking
     window_end: float
     held: np.ndarray = field(init=False)
 
@@ -169,22 +165,13 @@ class CMCPlugin(UnifiedPlugin):
         super().__init__(model, start, motion.end, settings, motion, progress)
 
     def new_state(self) -> CMCState:
-        common = self._common()
-        return CMCState(
-            **common,
-            muscles=MuscleOptimization(self.model, self.settings, common["counts"]),
-            tracking=Tracking(self.motion, self.settings),
-            window_end=self.start_time,
-        )
+        common = tracked(self.model, self.motion, self.settings, self._unified())
+        return CMCState(**common, window_end=self.start_time)
 
     def start_muscles(
         self, q: np.ndarray, v: np.ndarray, geometry: Geometry
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        state, t = self.state, self.start_time
-        M, bias = self.skeleton.dynamics_at(q, v, t)
-        Q_m = M @ state.tracking.acceleration(t, t, q, v) + bias
-        start = state.muscles.start(geometry, Q_m, t)
-        state.record.start = t, start.reserve, start.unmet
+        start = start_tracking(self.state, self.skeleton, geometry, q, v, self.start_time)
         return start.activation, start.tendon_length, start.reserve
 
     def controls(self, t_0: float, t_1: float) -> np.ndarray:

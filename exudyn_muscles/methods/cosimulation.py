@@ -26,8 +26,8 @@ from .cosimulation_settings import CosimulationSettings, Scheme
 from .coupled import CoupledState
 from .csf import FullScheme
 from .css import SimplifiedScheme
-from .recruiting import MuscleOptimization
-from .tracking import Tracking, tracking_start
+from .tracked import start_tracking, tracked
+from .tracking import tracking_start
 
 
 def cosimulate(
@@ -112,20 +112,12 @@ class CosimulationPlugin(Plugin):
         super().__init__(model, start, motion.end, settings, motion, progress)
 
     def new_state(self) -> CoupledState:
-        common = self._common()
-        return CoupledState(
-            **common,
-            muscles=MuscleOptimization(self.model, self.settings, common["counts"]),
-            tracking=Tracking(self.motion, self.settings),
-        )
+        return CoupledState(**tracked(self.model, self.motion, self.settings, self._common()))
 
     def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        state, t = self.state, self.start_time
-        M, bias = self.skeleton.dynamics_at(q, v, t)
-        Q_m = M @ state.tracking.acceleration(t, t, q, v) + bias
+        state = self.state
         state.geometry = self.model.geometry(q, v)
-        start = state.muscles.start(state.geometry, Q_m, t)
-        state.record.start = t, start.reserve, start.unmet
+        start = start_tracking(state, self.skeleton, state.geometry, q, v, self.start_time)
         state.a, state.l_t = start.activation, start.tendon_length
         return self.model.torque(state.geometry, state.a, state.l_t, start.reserve)
 

@@ -9,44 +9,37 @@ import numpy as np
 
 from ..errors import SimulationError
 from ..model import MusculoskeletalModel
-from ..simulation.state import RunState
 from ..skeleton.geometry import Geometry
 from .cosimulation_settings import CosimulationSettings
-from .recruiting import Excited, MuscleOptimization, Opened, Recruited
-from .tracking import Tracking
+from .recruiting import Excited, Opened, Recruited
+from .tracked import TrackedState
 
 
 @dataclass(eq=False, kw_only=True)
-class CoupledState(RunState):
+class CoupledState(TrackedState):
     """State of a run of co-simulation.
 
     Attributes
     ----------
-    muscles : MuscleOptimization
-    tracking : Tracking
     opened : Opened
         The window of the step being tried.
-    recruited : Recruited
-        For the torque that the skeleton has now.
+    recruited : Recruited, optional
+        For the torque that the skeleton has now; None: it has the demand itself, be it within reach
+        or not, or that of the step before.
     M : (n, n) ndarray
         The mass matrix there.
-    demanded : bool
-        The torque is the demand itself, be it within reach or not.
     last : tuple of (n,) ndarray and float, optional
         q'' at the start of the step before, and its length.
     """
 
-    muscles: MuscleOptimization
-    tracking: Tracking
     opened: Opened = field(init=False)
     recruited: Recruited | None = None
     M: np.ndarray = field(init=False)
-    demanded: bool = True
     last: tuple[np.ndarray, float] | None = None
 
     def served(self) -> Recruited:
         """What was recruited in the step; SimulationError if nothing was."""
-        if self.recruited is None or self.demanded:
+        if self.recruited is None:
             raise SimulationError("the solver accepted a step without a corrector iteration")
         return self.recruited
 
@@ -86,7 +79,6 @@ class CoupledScheme(ABC):
     ) -> np.ndarray:
         """J_m F_opt for the demand at a state."""
         state.recruited = self.serve(state, Q_m, q, v)
-        state.demanded = False
         return state.recruited.recruitment.torque
 
     def serve(

@@ -22,15 +22,15 @@ class FullScheme(CoupledScheme):
         """Any step will do."""
 
     def open_step(self, state: CoupledState) -> None:
-        state.recruited, state.demanded = None, True
+        state.recruited = None
         request_jacobian(self.model.mbs)  # cheaper than one recruitment more, with modified Newton
 
     def torque(self, state: CoupledState, t: float, first: bool) -> np.ndarray:
         q, v = self.skeleton.q, self.skeleton.v
         state.M, bias = self.skeleton.dynamics()
-        Q_m = state.M @ state.tracking.acceleration(t, t, q, v) + bias  # (15)
+        Q_m = state.tracking.demand(t, q, v, state.M, bias)
         if first and self.settings.first_iterate is FirstIterate.DEMAND:
-            state.demanded = True
+            state.recruited = None
             return Q_m
         return self.recruit(state, Q_m, q, v)
 
@@ -38,7 +38,7 @@ class FullScheme(CoupledScheme):
         self, state: CoupledState, exact: np.ndarray, mass: float, dq: float, dv: float
     ) -> np.ndarray:
         wanted, free, tracking = np.zeros_like(exact), self.skeleton.free, state.tracking
-        if state.demanded or state.recruited is None or not state.recruited.recruitment.unmet.any():
+        if state.recruited is None or not state.recruited.recruitment.unmet.any():
             # With the demand met the residual is M (q'' - q''_CTC), whatever else acts on the
             # skeleton.
             wanted[:, free] = state.M * (mass - tracking.kp * dq - tracking.kv * dv)
@@ -56,7 +56,7 @@ class FullScheme(CoupledScheme):
 
         def imbalance(q: np.ndarray, v: np.ndarray) -> np.ndarray:
             M, bias = skeleton.dynamics_at(q, v, t)
-            Q_m = M @ state.tracking.acceleration(t, t, q, v) + bias
+            Q_m = state.tracking.demand(t, q, v, M, bias)
             return M @ a + bias - self.serve(state, Q_m, q, v).recruitment.torque
 
         columns = np.eye(q.size) * DIFFERENCE

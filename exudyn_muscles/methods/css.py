@@ -27,8 +27,7 @@ class SimplifiedScheme(CoupledScheme):
             return None
         q, v = self._predicted(state)
         state.M, bias = self.skeleton.dynamics_ahead(q, v, t)
-        Q_m = state.M @ state.tracking.acceleration(t, t, q, v) + bias  # (15)
-        return self.recruit(state, Q_m, q, v)
+        return self.recruit(state, state.tracking.demand(t, q, v, state.M, bias), q, v)
 
     def _predicted(self, state: CoupledState) -> tuple[np.ndarray, np.ndarray]:
         """q, q' at the step's end from the state at its start."""

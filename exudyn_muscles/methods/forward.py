@@ -137,7 +137,7 @@ class ForwardPlugin(UnifiedPlugin):
         super().__init__(model, float(time[0]), float(time[-1]), settings, None, progress)
 
     def new_state(self) -> ForwardState:
-        return ForwardState(**self._common())
+        return ForwardState(**self._unified())
 
     def start_muscles(
         self, q: np.ndarray, v: np.ndarray, geometry: Geometry

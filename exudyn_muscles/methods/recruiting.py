@@ -79,7 +79,7 @@ class MuscleOptimization:
     Raises
     ------
     ParameterError
-        As `check_fit`.
+        As `Limits`.
     """
 
     def __init__(

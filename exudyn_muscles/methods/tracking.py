@@ -87,3 +87,9 @@ class Tracking:
         q_d, v_d, _ = self.desired(t_error)
         _, _, a_d = self.desired(t)
         return a_d + self.kv * (v_d - v) + self.kp * (q_d - q)
+
+    def demand(
+        self, t: float, q: np.ndarray, v: np.ndarray, M: np.ndarray, bias: np.ndarray
+    ) -> np.ndarray:
+        """Q_m (n,) of (15) at a state with the mass matrix M (n, n) and the `bias` H - Q (n,)."""
+        return M @ self.acceleration(t, t, q, v) + bias

@@ -9,14 +9,13 @@ eliminated.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..errors import WindowError
 from ..model import MusculoskeletalModel
-from ..motion import Motion
 from ..muscle.parameters import MuscleTables
 from ..muscle.trapezoidal import step
 from ..numerics.curves import PackedCurves
@@ -63,12 +62,37 @@ def unified_step(
     return -1
 
 
+class StepRoom(NamedTuple):
+    """What `unified_step` takes: the `tables` that do not change, its start, and room for the rest,
+    `arms` r (m, N) on the tree's N coordinates and their `torque` among it."""
+
+    tables: tuple[np.ndarray, ...]
+    start: np.ndarray
+    trial: np.ndarray
+    arms: np.ndarray
+    torque: np.ndarray
+
+
+def step_room(model: MusculoskeletalModel) -> StepRoom:
+    """Of a model, for one run."""
+    m, n = len(model.muscles), len(model.skeleton.tree)
+    tables = model.muscles.tables
+    # Copies, because numba takes 0.2 us longer over every array that is read-only.
+    laws = (array.copy() for array in (tables.table, *tables.curves))
+    geometry = geometry_tables(model.skeleton.tree, model.paths)
+    return StepRoom(
+        (*laws, *geometry), np.empty((5, m)), np.empty((6, m)), np.empty((m, n)), np.empty(n)
+    )
+
+
 @dataclass(eq=False, kw_only=True)
 class UnifiedState(RunState):
     """State of a run with the muscles integrated together with the skeleton.
 
     Attributes
     ----------
+    room : StepRoom
+        Of the step being tried.
     reserve : (r,) ndarray
         Committed torques of the reserves.
     ramp : tuple of two float and two (r,) ndarray
@@ -81,6 +105,7 @@ class UnifiedState(RunState):
         It has no accepted step yet.
     """
 
+    room: StepRoom
     reserve: np.ndarray = field(init=False)
     ramp: tuple[float, float, np.ndarray, np.ndarray] = field(init=False)
     reserve_now: np.ndarray = field(init=False)
@@ -93,24 +118,9 @@ class UnifiedPlugin(Plugin):
 
     state: UnifiedState
 
-    def __init__(
-        self,
-        model: MusculoskeletalModel,
-        start: float,
-        end: float,
-        settings: object,
-        motion: Motion | None,
-        progress: Callable[[float], None] | None,
-    ) -> None:
-        super().__init__(model, start, end, settings, motion, progress)
-        m, n = len(model.muscles), len(model.skeleton.tree)
-        tables = model.muscles.tables
-        # Copies, because numba takes 0.2 us longer over every array that is read-only.
-        laws = (array.copy() for array in (tables.table, *tables.curves))
-        self._tables = (*laws, *geometry_tables(model.skeleton.tree, model.paths))
-        # Start and trial of a step, as `unified_step` has them.
-        self._start, self._trial = np.empty((5, m)), np.empty((6, m))
-        self._arms, self._torque = np.empty((m, n)), np.empty(n)
+    def _unified(self) -> dict[str, Any]:
+        """What such a run's state begins with."""
+        return {**self._common(), "room": step_room(self.model)}
 
     @abstractmethod
     def start_muscles(
@@ -151,39 +161,39 @@ class UnifiedPlugin(Plugin):
         state.reserve_now = first + (t_1 - begun) / (end - begun) * (last - first)
         length, speed = state.geometry[:2]
         for row, values in enumerate((state.a, state.l_t, u, length, speed)):
-            self._start[row] = values
+            state.room.start[row] = values
 
     def torque(self, t: float, first: bool) -> np.ndarray:
         state, skeleton = self.state, self.skeleton
+        tables, *room = state.room
         q, v = skeleton.tree_state()
-        failed = unified_step(
-            *self._tables, q, v, state.step, self._start, self._trial, self._arms, self._torque
-        )
+        failed = unified_step(*tables, q, v, state.step, *room)
         if failed >= 0:
             self.model.geometry(skeleton.q, skeleton.v)  # raises if it was that
             raise WindowError(
                 f"muscle '{self.model.muscles.names[failed]}': no step of {state.step:g} s from "
                 f"activation {state.a[failed]:.4g}, tendon length {state.l_t[failed]:.5g} m"
             )
-        torque = self._torque
+        torque = state.room.torque
         if state.reserve_now.size:
             torque = torque + self.model.columns(q) @ state.reserve_now
         return skeleton.reduced(torque)
 
     def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
         # dF/dq = -F_l r and dF/dq' = -F_v r; how r changes matters little within a step.
-        r, F_l, F_v = self.skeleton.reduced(self._arms), self._trial[4], self._trial[5]
+        room = self.state.room
+        r, F_l, F_v = self.skeleton.reduced(room.arms), room.trial[4], room.trial[5]
         wanted = exact.copy()
         wanted[:, self.skeleton.free] -= (r.T * (dq * F_l + dv * F_v)) @ r
         return wanted
 
     def accept(self, t_0: float, t_1: float) -> tuple[np.ndarray, Window | None]:
-        state = self.state
-        state.a, state.l_t, length, speed = self._trial[:4].copy()
-        state.geometry = Geometry(length, speed, self.skeleton.reduced(self._arms).copy())
+        state, room = self.state, self.state.room
+        state.a, state.l_t, length, speed = room.trial[:4].copy()
+        state.geometry = Geometry(length, speed, self.skeleton.reduced(room.arms).copy())
         state.reserve = state.reserve_now
         # A window is what was held over accepted steps, wherever they end.
-        u = self._start[2]
+        u = room.start[2]
         if not state.begins and np.array_equal(u, state.recorded.excitation):
             return state.reserve, None
         state.recorded, state.begins = state.recorded._replace(excitation=u.copy()), False

@@ -12,7 +12,7 @@ from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..muscle.window import DEFAULT_TOLERANCE, Integrator, check_integration
 from .criterion import Criterion, SquaredForces
-from .limits import ControlLimits, Limits
+from .limits import ControlLimits
 from .normalizers import Normalizer, ReachableMaximum
 from .optimization import Solver
 
@@ -99,8 +99,8 @@ def check_fit(settings: RecruitmentSettings, model: MusculoskeletalModel) -> Non
     Raises
     ------
     ParameterError
-        What is given for each coordinate does not fit the model's, or a name in `weights` or
-        `control_limits` is none of it.
+        What is given for each coordinate does not fit the model's, or a name in `weights` is none
+        of its muscles. (Those in `control_limits` are checked by `Limits`.)
     """
     n, names = len(model.coordinates), ", ".join(model.coordinates)
     for name in ("kp", "kv", "coordinate_weights"):
@@ -112,4 +112,3 @@ def check_fit(settings: RecruitmentSettings, model: MusculoskeletalModel) -> Non
             raise ParameterError(
                 f"weights of '{name}': the muscles are {', '.join(model.muscles.names)}"
             )
-    Limits(settings.control_limits, model.muscles, model.reserves)

@@ -1,0 +1,53 @@
+"""What runs that track a motion have in common: their state, and how the muscles start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..model import MusculoskeletalModel
+from ..motion import Motion
+from ..simulation.state import RunState
+from ..skeleton.geometry import Geometry
+from ..skeleton.skeleton import Skeleton
+from .recruiting import MuscleOptimization, Started
+from .tracking import Tracking, TrackingSettings
+
+
+@dataclass(eq=False, kw_only=True)
+class TrackedState(RunState):
+    """State of a run that tracks.
+
+    Attributes
+    ----------
+    muscles : MuscleOptimization
+    tracking : Tracking
+    """
+
+    muscles: MuscleOptimization
+    tracking: Tracking
+
+
+def tracked(
+    model: MusculoskeletalModel, motion: Motion, settings: TrackingSettings, common: dict[str, Any]
+) -> dict[str, Any]:
+    """What such a state begins with; `common` is what every run's does."""
+    muscles = MuscleOptimization(model, settings, common["counts"])
+    return {**common, "muscles": muscles, "tracking": Tracking(motion, settings)}
+
+
+def start_tracking(
+    state: TrackedState,
+    skeleton: Skeleton,
+    geometry: Geometry,
+    q: np.ndarray,
+    v: np.ndarray,
+    t: float,
+) -> Started:
+    """The muscles' steady state that serves the demand at q, q' (n,) best; opens the record."""
+    Q_m = state.tracking.demand(t, q, v, *skeleton.dynamics_at(q, v, t))
+    start = state.muscles.start(geometry, Q_m, t)
+    state.record.start = t, start.reserve, start.unmet
+    return start
