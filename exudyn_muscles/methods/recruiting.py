@@ -123,7 +123,7 @@ class MuscleOptimization:
     def reach(self, opened: Opened, geometry: Geometry) -> Reached:
         """Force limits (8), (9) where the window ends with this geometry."""
         reach = reach_end(opened.window, geometry.length, geometry.lengthening_speed)
-        self._counts.window_integrations = int(self._windows.tally[0])
+        self._counts.window_integrations = self._windows.tally[0]
         return Reached(opened, geometry, reach)
 
     def recruit(self, reached: Reached, Q_m: np.ndarray) -> Recruited:
@@ -145,7 +145,7 @@ class MuscleOptimization:
         self._check_met(recruitment, reached.opened.end)
         force, reserve = self._split(recruitment.force)
         excitation = excitations_of((at or reached).reach, force)
-        self._counts.window_integrations = int(self._windows.tally[0])
+        self._counts.window_integrations = self._windows.tally[0]
         low, high = reached.reach.low, reached.reach.high
         window = Window(excitation.excitation, demanded, recruitment.unmet, low, force, high)
         return Excited(excitation.activation, excitation.tendon_length, reserve, window)

@@ -31,7 +31,7 @@ from ..skeleton.geometry import Geometry, geometry_tables, tree_geometry
 def unified_step(
     table, grids, bins, pieces, joints, parents, rotations, offsets, reference, positions,
     links, starts, bent, rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors,
-    factor_starts, integers, numbers, q, v, h, start, trial, r, torque,
+    factor_starts, integers, numbers, start, trial, r, torque, q, v, h,
 ):  # fmt: skip
     """One step of all muscles to the iterate q, q'.
 
@@ -63,26 +63,21 @@ def unified_step(
 
 
 class StepRoom(NamedTuple):
-    """What `unified_step` takes: the `tables` that do not change, its start, and room for the rest,
-    `arms` r (m, N) on the tree's N coordinates and their `torque` among it."""
+    """Where a step of m muscles on a tree of N coordinates is computed, as `unified_step` has it:
+    `start` (5, m), `trial` (6, m), `arms` r (m, N), `torque` (N,)."""
 
-    tables: tuple[np.ndarray, ...]
     start: np.ndarray
     trial: np.ndarray
     arms: np.ndarray
     torque: np.ndarray
 
 
-def step_room(model: MusculoskeletalModel) -> StepRoom:
-    """Of a model, for one run."""
-    m, n = len(model.muscles), len(model.skeleton.tree)
+def step_tables(model: MusculoskeletalModel) -> tuple[np.ndarray, ...]:
+    """The arrays of a model that `unified_step` takes first."""
     tables = model.muscles.tables
     # Copies, because numba takes 0.2 us longer over every array that is read-only.
     laws = (array.copy() for array in (tables.table, *tables.curves))
-    geometry = geometry_tables(model.skeleton.tree, model.paths)
-    return StepRoom(
-        (*laws, *geometry), np.empty((5, m)), np.empty((6, m)), np.empty((m, n)), np.empty(n)
-    )
+    return (*laws, *geometry_tables(model.skeleton.tree, model.paths))
 
 
 @dataclass(eq=False, kw_only=True)
@@ -93,6 +88,8 @@ class UnifiedState(RunState):
     ----------
     room : StepRoom
         Of the step being tried.
+    arguments : tuple of ndarray
+        Those of `unified_step` that are the same in all steps: tables, and the room.
     reserve : (r,) ndarray
         Committed torques of the reserves.
     ramp : tuple of two float and two (r,) ndarray
@@ -106,6 +103,7 @@ class UnifiedState(RunState):
     """
 
     room: StepRoom
+    arguments: tuple[np.ndarray, ...]
     reserve: np.ndarray = field(init=False)
     ramp: tuple[float, float, np.ndarray, np.ndarray] = field(init=False)
     reserve_now: np.ndarray = field(init=False)
@@ -120,7 +118,9 @@ class UnifiedPlugin(Plugin):
 
     def _unified(self) -> dict[str, Any]:
         """What such a run's state begins with."""
-        return {**self._common(), "room": step_room(self.model)}
+        m, n = len(self.model.muscles), len(self.skeleton.tree)
+        room = StepRoom(np.empty((5, m)), np.empty((6, m)), np.empty((m, n)), np.empty(n))
+        return {**self._common(), "room": room, "arguments": (*step_tables(self.model), *room)}
 
     @abstractmethod
     def start_muscles(
@@ -165,9 +165,8 @@ class UnifiedPlugin(Plugin):
 
     def torque(self, t: float, first: bool) -> np.ndarray:
         state, skeleton = self.state, self.skeleton
-        tables, *room = state.room
         q, v = skeleton.tree_state()
-        failed = unified_step(*tables, q, v, state.step, *room)
+        failed = unified_step(*state.arguments, q, v, state.step)
         if failed >= 0:
             self.model.geometry(skeleton.q, skeleton.v)  # raises if it was that
             raise WindowError(

@@ -32,7 +32,7 @@ class Windows:
 
     Attributes
     ----------
-    tally : (2,) int ndarray
+    tally : list of two int
         Integrations of one muscle, and windows opened, so far.
     """
 
@@ -41,7 +41,7 @@ class Windows:
         self.muscles, self.tolerance, self.method = muscles, tolerance, integrator.value
         self.mesh, self.scratch = np.empty((2, m, MAX_STEPS)), np.empty(MAX_STEPS)
         self.steps = np.zeros((2, m), dtype=np.int64)
-        self.tally = np.zeros(2, dtype=np.int64)
+        self.tally = [0, 0]
 
 
 class MuscleState(NamedTuple):
@@ -93,7 +93,7 @@ def open_window(windows: Windows, start: MuscleState, h: float, u: np.ndarray) -
     """Begin a window; the one before is over."""
     windows.steps[:] = 0
     windows.tally[1] += 1
-    return OpenWindow(windows, start, h, u, int(windows.tally[1]))
+    return OpenWindow(windows, start, h, u, windows.tally[1])
 
 
 def reach_end(window: OpenWindow, l: np.ndarray, v: np.ndarray) -> Reach:

@@ -6,8 +6,12 @@ and contacts are all part of Q. It reads and leaves the system's current state a
 
 from __future__ import annotations
 
+from typing import NoReturn
+
 import exudyn as exu
 import numpy as np
+
+from ..errors import ModelError
 
 COORDINATES = ("ODE2Coords", "ODE2Coords_t", "ODE2Coords_tt")
 
@@ -55,6 +59,21 @@ class State:
         q_0, v_0, a_0 = self.at_start
         self.current[0][:] = q_0 + h * v_0 + 0.5 * h * h * a_0
         self.current[1][:] = v_0 + h * a_0
+
+
+class NotOpen:
+    """In place of an `Opened` before there is one: its state can be read, nothing evaluated."""
+
+    def __init__(self, mbs: exu.MainSystem, rows: slice) -> None:
+        self._mbs, self._rows = mbs, rows
+
+    @property
+    def state(self) -> State:
+        """Views of the arrays as they are now."""
+        return State(self._mbs, self._rows)
+
+    def __getattr__(self, name: str) -> NoReturn:
+        raise ModelError("the skeleton is not open yet: evaluate it within skeleton.opened()")
 
 
 class Opened:

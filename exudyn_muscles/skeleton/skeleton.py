@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import cast
 
 import exudyn as exu
 import numpy as np
@@ -19,7 +20,7 @@ from .coupling import DependentCoordinate
 from .dependent import Dependent
 from .hold import Hold, hold
 from .independent import Independent
-from .opened import Opened, State
+from .opened import NotOpen, Opened, State
 from .system import check_assembled, original, raise_as_itself, read_tree
 from .tree import PRISMATIC
 
@@ -90,7 +91,8 @@ class Skeleton:
         first = mbs.systemData.GetObjectLTGODE2(tree)[0]
         self.rows = slice(first, first + n)
         self.free = self.basis.within(self.rows)
-        self._opened: Opened | None = None  # since the last `open`
+        # Since the last `open`; read in every iteration, so that nothing is asked on the way.
+        self._opened = cast(Opened, NotOpen(mbs, self.rows))
 
     @property
     def others(self) -> int:
@@ -213,42 +215,33 @@ class Skeleton:
     # The current state and, once it is open, evaluations there.
 
     @property
-    def _live(self) -> Opened:
-        if self._opened is None:
-            raise ModelError("the skeleton is not open yet: evaluate it within skeleton.opened()")
-        return self._opened
-
-    @property
-    def _state(self) -> State:
-        return State(self.mbs, self.rows) if self._opened is None else self._opened.state
-
-    @property
     def q(self) -> np.ndarray:
         """Independent coordinates (n,) of the current state."""
-        return self.basis.part(self._state.q)
+        return self.basis.part(self._opened.state.q)
 
     @property
     def v(self) -> np.ndarray:
         """Their speeds (n,)."""
-        return self.basis.part(self._state.v)
+        return self.basis.part(self._opened.state.v)
 
     @property
     def acceleration(self) -> np.ndarray:
         """Their accelerations (n,)."""
-        return self.basis.part(self._state.a)
+        return self.basis.part(self._opened.state.a)
 
     @property
     def start(self) -> tuple[np.ndarray, ...]:
         """The same three at the start of the step."""
-        return tuple(self.basis.part(values) for values in self._state.start)
+        part, (q, v, a) = self.basis.part, self._opened.state.start
+        return part(q), part(v), part(a)
 
     def tree_state(self) -> tuple[np.ndarray, np.ndarray]:
         """All coordinates of the tree and their speeds (N,) in the current state."""
-        return self.basis.state(self._live)
+        return self.basis.state(self._opened)
 
     def dynamics(self) -> tuple[np.ndarray, np.ndarray]:
         """M (n, n) and H - Q (n,), without the muscles, at the system's current state and time."""
-        return self.basis.dynamics(self._live)
+        return self.basis.dynamics(self._opened)
 
     def dynamics_at(self, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
         """M (n, n) and H - Q (n,) at coordinates `q`, speeds `v` and time `t`.
@@ -270,7 +263,7 @@ class Skeleton:
     def _dynamics_there(
         self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool
     ) -> tuple[np.ndarray, np.ndarray]:
-        state = self._live.state
+        state = self._opened.state
         before = state.snapshot()
         try:
             if ahead:
@@ -285,30 +278,30 @@ class Skeleton:
 
     def begin(self, torque: np.ndarray) -> None:
         """Set the muscles' torques (n,) at the start of a run, which is the current state."""
-        self.basis.begin(self._live, torque)
+        self.basis.begin(self._opened, torque)
 
     def settle(self, newmark: bool) -> None:
         """The run begins here; raise ParameterError if with wrong accelerations (`Independent`)."""
-        self.basis.settle(self._live, newmark)
+        self.basis.settle(self._opened, newmark)
 
     def apply(self, torque: np.ndarray | None) -> None:
         """Set the muscles' torques (n,) at Exudyn's iterate, on top of the user's own
         `jointForceVector`; None: the last ones stay."""
-        self.basis.apply(self._live, torque)
+        self.basis.apply(self._opened, torque)
 
     @property
     def applied(self) -> np.ndarray:
         """The muscles' torques (n,) that Exudyn has now."""
-        return self.basis.applied(self._live)
+        return self.basis.applied(self._opened)
 
     def reduced(self, covectors: np.ndarray) -> np.ndarray:
         """x R (..., n) of torques or moment arms x (..., N) at the current state."""
-        return self.basis.reduced(self._live, covectors)
+        return self.basis.reduced(self._opened, covectors)
 
     def reduced_rows(self, exact: np.ndarray) -> np.ndarray:
         """The tree's rows of Exudyn's Newton matrix as those of the independent coordinates."""
-        return self.basis.reduced_rows(self._live, exact)
+        return self.basis.reduced_rows(self._opened, exact)
 
     def all_rows(self, wanted: np.ndarray) -> np.ndarray:
         """The tree's rows of a Newton matrix with those of the independent coordinates."""
-        return self.basis.all_rows(self._live, wanted)
+        return self.basis.all_rows(self._opened, wanted)
