@@ -164,6 +164,13 @@ class MusculoskeletalModel:
             torque += geometry.columns @ reserve
         return torque
 
+    def load(
+        self, geometry: Geometry, a: np.ndarray, l_t: np.ndarray, reserve: np.ndarray
+    ) -> np.ndarray:
+        """What `torque` is for Exudyn."""
+        forces = np.append(self.tendon_forces(geometry, a, l_t), reserve)
+        return geometry.load(forces, self.torque(geometry, a, l_t, reserve))
+
     def check_lengths(self, q: np.ndarray) -> None:
         """Check that the muscles fit their paths at the coordinates `q` (k, n) of a motion.
 
@@ -190,17 +197,17 @@ class MusculoskeletalModel:
                 f"muscle '{muscle.name}': optimal_fiber_length = {muscle.optimal_fiber_length:g} m "
                 f"is too long, {reached}, less than the shortest fiber of {fiber:.4g} m"
             )
-        self.check_stretch(q)
+        self.check_stretch(self._longest(q))
 
-    def check_stretch(self, q: np.ndarray) -> None:
-        """Check that no fibre is stretched far beyond use at the coordinates `q` (k, n).
+    def check_stretch(self, lengths: np.ndarray) -> None:
+        """Check that no fibre is stretched far beyond use by musculotendon lengths (m,) [m].
 
         Raises
         ------
         ParameterError
             Names the muscle, its parameters and the limit.
         """
-        for muscle, longest in zip(self.muscles, self._longest(q), strict=True):
+        for muscle, longest in zip(self.muscles, lengths, strict=True):
             stretch = (longest - muscle.tendon_slack_length) / muscle.optimal_fiber_length
             if stretch > LONGEST_FIBER:
                 raise ParameterError(

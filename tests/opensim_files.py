@@ -78,7 +78,7 @@ class Loaded:
         """M (n, n) and H - Q (n,)."""
         skeleton = self.model.skeleton
         with skeleton.opened():
-            return skeleton.dynamics_at(np.asarray(q, float), np.asarray(v, float), 0.0)
+            return skeleton.dynamics_at(np.asarray(q, float), np.asarray(v, float), 0.0)[:2]
 
 
 def frame(angles, position):

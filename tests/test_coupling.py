@@ -257,7 +257,7 @@ def test_sensors_and_own_user_functions_see_the_run(model, motion):
 
 def test_the_torque_at_the_start_is_in_the_initial_accelerations(model, motion):
     result = plugin_run(model, csf(model, motion), settings())
-    M, bias = model.skeleton.dynamics_at(result.coordinates[0], result.speeds[0], 0.0)
+    M, bias = model.skeleton.dynamics_at(result.coordinates[0], result.speeds[0], 0.0)[:2]
     expected = np.linalg.solve(M, result.torques_delivered[0] - bias)
     np.testing.assert_allclose(result.accelerations[0], expected, atol=1e-10)
 
@@ -598,7 +598,7 @@ def test_css_extrapolates_over_steps_of_different_lengths():
         v_p = v[k] + 0.5 * h[k] * (a[k] + a_next)
         q_d, v_d, a_d = motion(t[k + 1])
         with model.skeleton.opened() as skeleton:
-            M, bias = skeleton.dynamics_at(q_p, v_p, t[k + 1])
+            M, bias = skeleton.dynamics_at(q_p, v_p, t[k + 1])[:2]
         wanted = M @ (a_d + 2.0 * KP**0.5 * (v_d - v_p) + KP * (q_d - q_p)) + bias
         np.testing.assert_allclose(result.torques_demanded[k], wanted, rtol=1e-10)
 

@@ -20,7 +20,6 @@ from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..results.trajectory import Trajectory
 from ..simulation.run import number_of_steps, simulate
-from ..skeleton.geometry import Geometry
 from .tracked import TrackedState, start_tracking, tracked
 from .tracking import TrackingSettings, tracking_start
 from .unified import UnifiedPlugin, UnifiedState
@@ -169,9 +168,9 @@ class CMCPlugin(UnifiedPlugin):
         return CMCState(**common, window_end=self.start_time)
 
     def start_muscles(
-        self, q: np.ndarray, v: np.ndarray, geometry: Geometry
+        self, q: np.ndarray, v: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        start = start_tracking(self.state, self.skeleton, geometry, q, v, self.start_time)
+        start = start_tracking(self.state, self.model, q, v, self.start_time)
         return start.activation, start.tendon_length, start.reserve
 
     def controls(self, t_0: float, t_1: float) -> np.ndarray:
@@ -193,10 +192,10 @@ class CMCPlugin(UnifiedPlugin):
         if self.settings.prediction is Prediction.SHIFTED:
             q_d, v_d, _ = tracking.desired(t_0)
             q_1, v_1 = q_1 + (q - q_d), v_1 + (v - v_d)
-        M, bias = skeleton.dynamics_ahead(q_1, v_1, t_1)
-        Q_m = M @ a_cmc + bias  # (14) with the sign of (6)
+        ahead = skeleton.dynamics_ahead(q_1, v_1, t_1)
+        Q_m = ahead.M @ a_cmc + ahead.bias  # (14) with the sign of (6)
         opened = muscles.open(state.a, state.l_t, state.geometry, t_0, t_1)
-        reached = muscles.reach(opened, self.model.geometry(q_1, v_1))
+        reached = muscles.reach(opened, self.model.geometry(*ahead.place))
         excited = muscles.excite(muscles.recruit(reached, Q_m))
         state.held, state.window_end = excited.window.excitation, t_1
         self.begin_window(t_0, t_1, excited.reserve, excited.window)

@@ -116,10 +116,9 @@ class CosimulationPlugin(Plugin):
 
     def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         state = self.state
-        state.geometry = self.model.geometry(q, v)
-        start = start_tracking(state, self.skeleton, state.geometry, q, v, self.start_time)
+        start = start_tracking(state, self.model, q, v, self.start_time)
         state.a, state.l_t = start.activation, start.tendon_length
-        return self.model.torque(state.geometry, state.a, state.l_t, start.reserve)
+        return self.model.load(state.geometry, state.a, state.l_t, start.reserve)
 
     def ready(self, step: float) -> None:
         self._scheme.ready(step)

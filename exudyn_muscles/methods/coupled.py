@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import SimulationError
 from ..model import MusculoskeletalModel
 from ..skeleton.geometry import Geometry
+from ..skeleton.opened import Dynamics
 from .cosimulation_settings import CosimulationSettings
 from .recruiting import Excited, Opened, Recruited
 from .tracked import TrackedState
@@ -26,15 +27,15 @@ class CoupledState(TrackedState):
     recruited : Recruited, optional
         For the torque that the skeleton has now; None: it has the demand itself, be it within reach
         or not, or that of the step before.
-    M : (n, n) ndarray
-        The mass matrix there.
+    here : Dynamics
+        Those of the last iterate.
     last : tuple of (n,) ndarray and float, optional
         q'' at the start of the step before, and its length.
     """
 
     opened: Opened = field(init=False)
     recruited: Recruited | None = None
-    M: np.ndarray = field(init=False)
+    here: Dynamics = field(init=False)
     last: tuple[np.ndarray, float] | None = None
 
     def served(self) -> Recruited:
@@ -74,16 +75,12 @@ class CoupledScheme(ABC):
     def excite(self, state: CoupledState) -> tuple[Excited, Geometry]:
         """The muscles at the end of the accepted step, and their geometry there."""
 
-    def recruit(
-        self, state: CoupledState, Q_m: np.ndarray, q: np.ndarray, v: np.ndarray
-    ) -> np.ndarray:
+    def recruit(self, state: CoupledState, Q_m: np.ndarray, there: Dynamics) -> np.ndarray:
         """J_m F_opt for the demand at a state."""
-        state.recruited = self.serve(state, Q_m, q, v)
-        return state.recruited.recruitment.torque
+        state.recruited = self.serve(state, Q_m, there)
+        return state.recruited.load
 
-    def serve(
-        self, state: CoupledState, Q_m: np.ndarray, q: np.ndarray, v: np.ndarray
-    ) -> Recruited:
-        """The forces that serve `Q_m` (n,) best where the step ends in the state q, q'."""
-        reached = state.muscles.reach(state.opened, self.model.geometry(q, v))
+    def serve(self, state: CoupledState, Q_m: np.ndarray, there: Dynamics) -> Recruited:
+        """The forces that serve `Q_m` (n,) best where the step ends."""
+        reached = state.muscles.reach(state.opened, self.model.geometry(*there.place))
         return state.muscles.recruit(reached, Q_m)

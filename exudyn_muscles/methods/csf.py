@@ -26,43 +26,36 @@ class FullScheme(CoupledScheme):
         request_jacobian(self.model.mbs)  # cheaper than one recruitment more, with modified Newton
 
     def torque(self, state: CoupledState, t: float, first: bool) -> np.ndarray:
-        q, v = self.skeleton.q, self.skeleton.v
-        state.M, bias = self.skeleton.dynamics()
-        Q_m = state.tracking.demand(t, q, v, state.M, bias)
+        state.here = here = self.skeleton.dynamics()
+        Q_m = state.tracking.demand(t, here)
         if first and self.settings.first_iterate is FirstIterate.DEMAND:
             state.recruited = None
-            return Q_m
-        return self.recruit(state, Q_m, q, v)
+            return self.skeleton.ideal_load(here, Q_m)
+        return self.recruit(state, Q_m, here)
 
     def jacobian(
         self, state: CoupledState, exact: np.ndarray, mass: float, dq: float, dv: float
     ) -> np.ndarray:
-        wanted, free, tracking = np.zeros_like(exact), self.skeleton.free, state.tracking
+        skeleton, tracking, here = self.skeleton, state.tracking, state.here
         if state.recruited is None or not state.recruited.recruitment.unmet.any():
-            # With the demand met the residual is M (q'' - q''_CTC), whatever else acts on the
-            # skeleton.
-            wanted[:, free] = state.M * (mass - tracking.kp * dq - tracking.kv * dv)
-            return wanted
-        wanted[:] = exact
-        wanted[:, free] = self._saturated_jacobian(state, mass, dq, dv)
-        return wanted
+            return skeleton.rows_of_law(exact, here, mass, tracking.kp * dq, tracking.kv * dv)
+        return skeleton.rows_of_slopes(exact, here, mass, dq * self._slopes(state, dv / dq))
 
-    def _saturated_jacobian(
-        self, state: CoupledState, mass: float, dq: float, dv: float
-    ) -> np.ndarray:
-        """By differences along the solver's own directions: q_j and, with it, q_j'."""
+    def _slopes(self, state: CoupledState, speed: float) -> np.ndarray:
+        """Of the imbalance (n, n), by differences along the solver's own directions: q_j and, with
+        it, `speed` times as much q_j'."""
         skeleton, t = self.skeleton, self.model.mbs.systemData.GetTime()
         q, v, a = (x.copy() for x in (skeleton.q, skeleton.v, skeleton.acceleration))
 
         def imbalance(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-            M, bias = skeleton.dynamics_at(q, v, t)
-            Q_m = state.tracking.demand(t, q, v, M, bias)
-            return M @ a + bias - self.serve(state, Q_m, q, v).recruitment.torque
+            there = skeleton.dynamics_at(q, v, t)
+            served = self.serve(state, state.tracking.demand(t, there), there)
+            return skeleton.imbalance(there, a, served.recruitment.torque)
 
         columns = np.eye(q.size) * DIFFERENCE
         here = imbalance(q, v)
-        slopes = [(imbalance(q + d, v + d * (dv / dq)) - here) / DIFFERENCE for d in columns]
-        return mass * state.M - dq * np.array(slopes).T
+        slopes = [(imbalance(q + d, v + d * speed) - here) / DIFFERENCE for d in columns]
+        return np.array(slopes).T
 
     def excite(self, state: CoupledState) -> tuple[Excited, Geometry]:
         recruited = state.served()

@@ -26,8 +26,8 @@ class SimplifiedScheme(CoupledScheme):
         if state.recruited is not None:
             return None
         q, v = self._predicted(state)
-        state.M, bias = self.skeleton.dynamics_ahead(q, v, t)
-        return self.recruit(state, state.tracking.demand(t, q, v, state.M, bias), q, v)
+        ahead = self.skeleton.dynamics_ahead(q, v, t)
+        return self.recruit(state, state.tracking.demand(t, ahead), ahead)
 
     def _predicted(self, state: CoupledState) -> tuple[np.ndarray, np.ndarray]:
         """q, q' at the step's end from the state at its start."""
@@ -46,7 +46,7 @@ class SimplifiedScheme(CoupledScheme):
 
     def excite(self, state: CoupledState) -> tuple[Excited, Geometry]:
         state.last = (self.skeleton.start[2].copy(), state.step)
-        geometry = self.model.geometry(self.skeleton.q, self.skeleton.v)
+        geometry = self.model.geometry(*self.skeleton.place)
         at = state.muscles.reach(state.opened, geometry)
         return state.muscles.excite(state.served(), at), geometry
 

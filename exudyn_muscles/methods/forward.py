@@ -16,7 +16,6 @@ from ..results.excitations import Excitations
 from ..results.recorder import Window
 from ..results.trajectory import Trajectory
 from ..simulation.run import simulate
-from ..skeleton.geometry import Geometry
 from .unified import UnifiedPlugin, UnifiedState
 
 
@@ -140,9 +139,10 @@ class ForwardPlugin(UnifiedPlugin):
         return ForwardState(**self._unified())
 
     def start_muscles(
-        self, q: np.ndarray, v: np.ndarray, geometry: Geometry
+        self, q: np.ndarray, v: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        self.model.check_stretch(q[None])
+        self.state.geometry = geometry = self.model.geometry(*self.skeleton.place_at(q, v))
+        self.model.check_stretch(geometry.length)
         given = self._excitations
         unmet = np.zeros(len(self.model.coordinates))
         self.state.record.start = self.start_time, given.reserves[0], unmet

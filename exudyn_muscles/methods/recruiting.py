@@ -54,6 +54,11 @@ class Recruited(NamedTuple):
     demanded: np.ndarray
     recruitment: Recruitment
 
+    @property
+    def load(self) -> np.ndarray:
+        """What they are for Exudyn."""
+        return self.reached.geometry.load(self.recruitment.force, self.recruitment.torque)
+
 
 class Excited(NamedTuple):
     """a, l_t (m,) and the reserves (r,) at a window's end, and the window as it is recorded."""

@@ -117,12 +117,13 @@ def static_optimization(
         skeleton.open(held)
         t = times[0]
         try:
-            last = model.geometry(q_d[0], v_d[0])
+            last = None
             for n, t in enumerate(times):
-                geometry = model.geometry(q_d[n], v_d[n])
-                M, bias = skeleton.dynamics_at(q_d[n], v_d[n], t)
+                skeleton.go_to(q_d[n], v_d[n], t)
+                M, bias, place = skeleton.dynamics()
+                geometry = model.geometry(*place)
                 Q_m = M @ a_d[n] + bias  # (6)
-                if n == 0:
+                if last is None:
                     start = muscles.start(geometry, Q_m, t)
                     record.start = t, start.reserve, start.unmet
                     a, l_t, reserve = start[:3]

@@ -10,8 +10,6 @@ import numpy as np
 from ..model import MusculoskeletalModel
 from ..motion import Motion
 from ..simulation.state import RunState
-from ..skeleton.geometry import Geometry
-from ..skeleton.skeleton import Skeleton
 from .recruiting import MuscleOptimization, Started
 from .tracking import Tracking, TrackingSettings
 
@@ -39,15 +37,12 @@ def tracked(
 
 
 def start_tracking(
-    state: TrackedState,
-    skeleton: Skeleton,
-    geometry: Geometry,
-    q: np.ndarray,
-    v: np.ndarray,
-    t: float,
+    state: TrackedState, model: MusculoskeletalModel, q: np.ndarray, v: np.ndarray, t: float
 ) -> Started:
-    """The muscles' steady state that serves the demand at q, q' (n,) best; opens the record."""
-    Q_m = state.tracking.demand(t, q, v, *skeleton.dynamics_at(q, v, t))
-    start = state.muscles.start(geometry, Q_m, t)
+    """The muscles' steady state that serves the demand at q, q' (n,) best, and its geometry, which
+    is the state's from now on; opens the record."""
+    there = model.skeleton.dynamics_at(q, v, t)
+    state.geometry = model.geometry(*there.place)
+    start = state.muscles.start(state.geometry, state.tracking.demand(t, there), t)
     state.record.start = t, start.reserve, start.unmet
     return start

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion, warn_of_angles
 from ..recruitment.settings import RecruitmentSettings, check_fit
+from ..skeleton.opened import Dynamics
 
 # 1/h^2 of the shortest step: a larger kp would ask for more than any step can follow.
 LARGEST_GAIN = 1e12
@@ -88,8 +89,6 @@ class Tracking:
         _, _, a_d = self.desired(t)
         return a_d + self.kv * (v_d - v) + self.kp * (q_d - q)
 
-    def demand(
-        self, t: float, q: np.ndarray, v: np.ndarray, M: np.ndarray, bias: np.ndarray
-    ) -> np.ndarray:
-        """Q_m (n,) of (15) at a state with the mass matrix M (n, n) and the `bias` H - Q (n,)."""
-        return M @ self.acceleration(t, t, q, v) + bias
+    def demand(self, t: float, there: Dynamics) -> np.ndarray:
+        """Q_m (n,) of (15) at a state."""
+        return there.M @ self.acceleration(t, t, *there.place[:2]) + there.bias

@@ -124,9 +124,10 @@ class UnifiedPlugin(Plugin):
 
     @abstractmethod
     def start_muscles(
-        self, q: np.ndarray, v: np.ndarray, geometry: Geometry
+        self, q: np.ndarray, v: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """a, l_t (m,) and reserve torques (r,) at the start; opens the record."""
+        """a, l_t (m,) and reserve torques (r,) at the start; sets the state's geometry and opens
+        the record."""
 
     @abstractmethod
     def controls(self, t_0: float, t_1: float) -> np.ndarray:
@@ -144,9 +145,8 @@ class UnifiedPlugin(Plugin):
 
     def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         state = self.state
-        state.geometry = self.model.geometry(q, v)
-        state.a, state.l_t, state.reserve = self.start_muscles(q, v, state.geometry)
-        return self.model.torque(state.geometry, state.a, state.l_t, state.reserve)
+        state.a, state.l_t, state.reserve = self.start_muscles(q, v)
+        return self.model.load(state.geometry, state.a, state.l_t, state.reserve)
 
     def ready(self, step: float) -> None:
         """Any step will do."""

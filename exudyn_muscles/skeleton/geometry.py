@@ -35,6 +35,10 @@ class Geometry(NamedTuple):
     moment_arms: np.ndarray
     columns: np.ndarray = NO_COLUMNS
 
+    def load(self, forces: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """What these forces (m + k,) and their `torque` (n,) are for Exudyn."""
+        return torque
+
 
 @kernel
 def tree_geometry(

@@ -6,7 +6,7 @@ and contacts are all part of Q. It reads and leaves the system's current state a
 
 from __future__ import annotations
 
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
 import exudyn as exu
 import numpy as np
@@ -14,6 +14,17 @@ import numpy as np
 from ..errors import ModelError
 
 COORDINATES = ("ODE2Coords", "ODE2Coords_t", "ODE2Coords_tt")
+
+
+class Dynamics(NamedTuple):
+    """The equations of motion M z'' + (H - Q) = Q_m of n coordinates z at a state.
+
+    `M` (n, n), `bias` H - Q (n,); `place` is what `MusculoskeletalModel.geometry` takes there.
+    """
+
+    M: np.ndarray
+    bias: np.ndarray
+    place: tuple
 
 
 class State:

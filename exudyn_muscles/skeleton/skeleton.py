@@ -20,7 +20,7 @@ from .coupling import DependentCoordinate
 from .dependent import Dependent
 from .hold import Hold, hold
 from .independent import Independent
-from .opened import NotOpen, Opened, State
+from .opened import Dynamics, NotOpen, Opened, State
 from .system import check_assembled, original, raise_as_itself, read_tree
 from .tree import PRISMATIC
 
@@ -189,7 +189,7 @@ class Skeleton:
             raise_as_itself(original(error), error)
 
     def _check_mass_matrix(self) -> None:
-        M, _ = self.dynamics()
+        M = self.dynamics().M
         if not np.isfinite(M).all():
             raise ModelError(
                 "the mass matrix is not finite: check masses and inertias of the links; the last "
@@ -239,40 +239,47 @@ class Skeleton:
         """All coordinates of the tree and their speeds (N,) in the current state."""
         return self.basis.state(self._opened)
 
-    def dynamics(self) -> tuple[np.ndarray, np.ndarray]:
-        """M (n, n) and H - Q (n,), without the muscles, at the system's current state and time."""
-        return self.basis.dynamics(self._opened)
+    @property
+    def place(self) -> tuple:
+        """What the model's `geometry` takes at the current state."""
+        return self.q, self.v
 
-    def dynamics_at(self, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
-        """M (n, n) and H - Q (n,) at coordinates `q`, speeds `v` and time `t`.
+    def dynamics(self) -> Dynamics:
+        """M and H - Q, without the muscles, at the system's current state and time."""
+        M, bias = self.basis.dynamics(self._opened)
+        return Dynamics(M, bias, self.place)
+
+    def dynamics_at(self, q: np.ndarray, v: np.ndarray, t: float) -> Dynamics:
+        """As `dynamics`, at coordinates `q`, speeds `v` and time `t`.
 
         Other bodies of the system stay where they are. The system's state and time are as before
         afterwards, to the last bit.
         """
         return self._dynamics_there(q, v, t, ahead=False)
 
-    def dynamics_ahead(
-        self, q: np.ndarray, v: np.ndarray, t: float
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def dynamics_ahead(self, q: np.ndarray, v: np.ndarray, t: float) -> Dynamics:
         """As `dynamics_at`, with the other bodies where their state at the start of the step leads.
 
         They go on with constant acceleration, which is of second order.
         """
         return self._dynamics_there(q, v, t, ahead=True)
 
-    def _dynamics_there(
-        self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _dynamics_there(self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool) -> Dynamics:
         state = self._opened.state
         before = state.snapshot()
         try:
             if ahead:
                 state.go_on_until(t)
-            state.q[:], state.v[:] = self.state_of_tree(q, v)
-            self.mbs.systemData.SetTime(t)
-            return self.dynamics()
+            self.go_to(q, v, t)
+            return Dynamics(*self.basis.dynamics(self._opened), (q, v))
         finally:
             state.restore(before)
+
+    def go_to(self, q: np.ndarray, v: np.ndarray, t: float) -> None:
+        """Put the tree at coordinates `q` and speeds `v` (n,) at the time `t`."""
+        state = self._opened.state
+        state.q[:], state.v[:] = self.state_of_tree(q, v)
+        self.mbs.systemData.SetTime(t)
 
     # In a run.
 
@@ -284,6 +291,14 @@ class Skeleton:
         """The run begins here; raise ParameterError if with wrong accelerations (`Independent`)."""
         self.basis.settle(self._opened, newmark)
 
+    def place_at(self, q: np.ndarray, v: np.ndarray) -> tuple:
+        """What the model's `geometry` takes at coordinates `q` and speeds `v` (n,)."""
+        return q, v
+
+    def ideal_load(self, there: Dynamics, torque: np.ndarray) -> np.ndarray:
+        """What torques (n,) on the coordinates themselves are for Exudyn."""
+        return torque
+
     def apply(self, torque: np.ndarray | None) -> None:
         """Set the muscles' torques (n,) at Exudyn's iterate, on top of the user's own
         `jointForceVector`; None: the last ones stay."""
@@ -293,6 +308,33 @@ class Skeleton:
     def applied(self) -> np.ndarray:
         """The muscles' torques (n,) that Exudyn has now."""
         return self.basis.applied(self._opened)
+
+    def imbalance(self, there: Dynamics, a: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """M z'' + H - Q - Q_m (n,) with accelerations `a` and torques (n,)."""
+        return there.M @ a + there.bias - torque
+
+    def rows_of_law(
+        self,
+        exact: np.ndarray,
+        here: Dynamics,
+        mass: float,
+        kp: float | np.ndarray,
+        kv: float | np.ndarray,
+    ) -> np.ndarray:
+        """Rows of the Newton matrix with the demand of (15) met, as `Plugin.jacobian`; the gains
+        `kp`, `kv` are times its factors dq, dv."""
+        # The residual is M (q'' - q''_CTC), whatever else acts on the skeleton.
+        rows = np.zeros_like(exact)
+        rows[:, self.free] = here.M * (mass - kp - kv)
+        return rows
+
+    def rows_of_slopes(
+        self, exact: np.ndarray, here: Dynamics, mass: float, slopes: np.ndarray
+    ) -> np.ndarray:
+        """The same with slopes (n, n) of `imbalance` but for its q'', times the factor dq."""
+        rows = exact.copy()
+        rows[:, self.free] = mass * here.M - slopes
+        return rows
 
     def reduced(self, covectors: np.ndarray) -> np.ndarray:
         """x R (..., n) of torques or moment arms x (..., N) at the current state."""
