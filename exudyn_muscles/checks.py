@@ -52,14 +52,41 @@ def three_numbers(name: str, value: Sequence[float], unit: str = "") -> tuple[fl
     return x, y, z
 
 
+class ItemNumber(int):
+    """A number of an Exudyn item that stands where a link's number stands in a tree."""
+
+    kind: str
+
+
+class BodyNumber(ItemNumber):
+    """Of a body among the objects."""
+
+    kind = "ObjectIndex"
+
+
+class MarkerNumber(ItemNumber):
+    """Of a marker, whose frame it is."""
+
+    kind = "MarkerIndex"
+
+
+ITEM_NUMBERS = {one.kind: one for one in (BodyNumber, MarkerNumber)}
+
+
 def link_number(what: str, value: Any, lowest: int = -1) -> int:
-    """`value` as the number of a link of the kinematic tree, or -1 for ground.
+    """`value` as the number of a link of the kinematic tree, or -1 for ground; or that of a body or
+    marker as it is.
 
     Raises
     ------
     ParameterError
         It is not an integer from `lowest`; names it, and the list that it is from.
     """
+    kind = type(value).__name__
+    if kind in ITEM_NUMBERS:
+        return ITEM_NUMBERS[kind](value)
+    if isinstance(value, ItemNumber):
+        return value
     if isinstance(value, (int, np.integer)) and not isinstance(value, bool) and value >= lowest:
         return int(value)
     ground = " (-1 is ground)" if lowest == -1 else ""
@@ -69,16 +96,22 @@ def link_number(what: str, value: Any, lowest: int = -1) -> int:
     )
 
 
-def check_link_exists(what: str, link: int, links: int) -> None:
-    """Raise ParameterError if the tree has no such link."""
+def check_link_exists(what: str, link: int, links: int) -> int:
+    """The link; ParameterError if the tree has no such one."""
+    if isinstance(link, ItemNumber):
+        raise ParameterError(
+            f"{what} is on {item_shown(link)}, but the skeleton is a kinematic tree: give the "
+            "number of its link, an integer from 0 (-1 is ground)"
+        )
     if link >= links:
         raise ParameterError(f"{what} is on link {link}, but the tree has links 0 to {links - 1}")
+    return link
 
 
 def item_shown(value: Any) -> str:
     """A value that is no number of its list, and the list that it is from if it is an item's."""
-    kind = type(value).__name__
-    return f"{kind}({value}), one of the mbs's {ITEMS[kind]}" if kind in ITEMS else repr(value)
+    kind = value.kind if isinstance(value, ItemNumber) else type(value).__name__
+    return f"{kind}({int(value)}), one of the mbs's {ITEMS[kind]}" if kind in ITEMS else repr(value)
 
 
 def check_settings(settings: object, kind: type) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import get_args
 
 import exudyn as exu
@@ -14,8 +14,10 @@ from .muscle.dynamics import tendon_forces
 from .muscle.parameters import Muscle, MuscleSet
 from .path.paths import collect_paths
 from .skeleton.coupling import DependentCoordinate
-from .skeleton.geometry import Geometry, compile_columns, compile_geometry
+from .skeleton.geometry import Geometry
 from .skeleton.skeleton import Skeleton
+from .skeleton.system.coordinates import Tracked
+from .skeleton.system.skeleton import GeneralSkeleton
 
 # With a stiff tendon a fibre of 2.5 optimal lengths would bear 400 times its isometric force.
 LONGEST_FIBER = 2.5
@@ -70,7 +72,7 @@ class MusculoskeletalModel:
     def __init__(
         self,
         mbs: exu.MainSystem,
-        tree: int,
+        tree: int | Mapping[str, Tracked | exu.ObjectIndex],
         muscles: Iterable[Muscle],
         *,
         coordinates: Sequence[str] | None = None,
@@ -86,30 +88,34 @@ class MusculoskeletalModel:
             warn("followers= is now dependent_coordinates=", DeprecationWarning)
             dependent_coordinates = followers
         dependent = _listed("dependent_coordinates", dependent_coordinates, DependentCoordinate)
-        self.skeleton = Skeleton(mbs, tree, coordinates, dependent)
+        self.skeleton: Skeleton | GeneralSkeleton
+        if isinstance(tree, Mapping):
+            if coordinates is not None or dependent:
+                raise ParameterError(
+                    "the tracked coordinates have their names and functions of their own: "
+                    "coordinates= and dependent_coordinates= are those of a kinematic tree"
+                )
+            self.skeleton = GeneralSkeleton(mbs, tree)
+        else:
+            self.skeleton = Skeleton(mbs, tree, coordinates, dependent)
+        skeleton = self.skeleton
         self.muscles = MuscleSet(muscles)
         self.paths = collect_paths(
             self.muscles.names,
             [muscle.path for muscle in self.muscles],
             [muscle.wraps for muscle in self.muscles],
-            len(self.skeleton.tree),
-            self.skeleton.tree_coordinates,
+            skeleton.frame_number,
+            skeleton.tree_coordinates,
         )
         self.dependent_coordinates = tuple(dependent)
         self.reserves = tuple(reserves)
         for name in set(actuator_names(reserves)) & set(self.muscles.names):
             raise ParameterError(f"reserves: '{name}' is the name of a muscle")
-        skeleton = self.skeleton
-        self.columns = compile_columns(
-            skeleton.tree,
-            actuator_table(
-                self.reserves, skeleton.tree_coordinates, self.coordinates, len(skeleton.tree)
-            ),
+        actuators = actuator_table(
+            self.reserves, skeleton.tree_coordinates, self.coordinates, skeleton.frame_number
         )
-        geometry = compile_geometry(skeleton.tree, self.paths, self.muscles.names)
-        if reserves:
-            geometry = _with_columns(geometry, self.columns)
-        self.geometry = skeleton.basis.geometry(geometry)
+        mounted = skeleton.mount(self.paths, self.muscles.names, actuators)
+        self.geometry, self.columns, self.loads = mounted
         for i, name in enumerate(self.muscles.names):
             if not self.paths.crosses_a_joint(i):
                 warn(
@@ -222,12 +228,6 @@ class MusculoskeletalModel:
         """Longest paths (m,) [m] over the coordinates `q` (k, n)."""
         rest = np.zeros(len(self.skeleton))
         return np.max([self.geometry(row, rest).length for row in q], axis=0)
-
-
-def _with_columns(
-    geometry: Callable[..., Geometry], columns: Callable[[np.ndarray], np.ndarray]
-) -> Callable[..., Geometry]:
-    return lambda q, v: geometry(q, v)._replace(columns=columns(q))
 
 
 def _listed(name: str, items: Iterable, *kinds: type) -> list:

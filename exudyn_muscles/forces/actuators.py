@@ -12,10 +12,11 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
-from ..checks import check_link_exists, link_number, number_within, three_numbers
+from ..checks import link_number, number_within, three_numbers
 from ..errors import ParameterError
 from ..numerics.kernel import kernel
 from ..path.frames import GROUND, turned
+from ..path.paths import LinkNumbers
 from ..path.pulls import FORCE, ON_LINK, PULL_COLUMNS, Pulls, pull_coordinate
 from .jacobian import ON_LINK_AS_TORQUE, generalized
 
@@ -173,7 +174,10 @@ def actuator_names(actuators: Sequence[Actuator]) -> tuple[str, ...]:
 
 
 def actuator_table(
-    actuators: Sequence[Actuator], names: Sequence[str], coordinates: Sequence[str], links: int
+    actuators: Sequence[Actuator],
+    names: Sequence[str],
+    coordinates: Sequence[str],
+    number: LinkNumbers,
 ) -> np.ndarray:
     """The actuators as `columns` takes them, a row each.
 
@@ -184,21 +188,27 @@ def actuator_table(
         Of all coordinates of the tree.
     coordinates : sequence of str
         Of the independent ones, which alone have reserves.
-    links : int
-        Number of the tree's links.
+    number : callable
+        As `links` of `collect_paths`.
 
     Raises
     ------
     ParameterError
         An actuator acts on a coordinate or link that does not exist.
     """
-    rows = [_row(actuator, names, coordinates, links) for actuator in actuators]
+    rows = [_row(actuator, names, coordinates, number) for actuator in actuators]
     return np.array(rows).reshape(-1, COLUMNS)
 
 
 @kernel(allocates=True)
 def columns(joints, parents, R, p, axes, table, S):
     """Write S (N, r) of all coordinates of a tree, whose links have the frames R, p, axes."""
+    generalized(joints, parents, p, axes, actuator_pulls(R, p, table), S.T)
+
+
+@kernel(allocates=True)
+def actuator_pulls(R, p, table):
+    """The `Pulls` of a unit in every actuator, on links with the frames R, p."""
     r = table.shape[0]
     kinds, links = np.empty(2 * r, np.int64), np.empty(2 * r, np.int64)
     values = np.empty((2 * r, PULL_COLUMNS))
@@ -216,11 +226,11 @@ def columns(joints, parents, R, p, axes, table, S):
         if at >= 0:
             values[k, :FORCE] += p[at]
         values[k + 1] = -values[k]  # at most a torque, which has no point
-    generalized(joints, parents, p, axes, pulls, S.T)
+    return pulls
 
 
 def _row(
-    actuator: Actuator, names: Sequence[str], coordinates: Sequence[str], links: int
+    actuator: Actuator, names: Sequence[str], coordinates: Sequence[str], number: LinkNumbers
 ) -> np.ndarray:
     """An actuator's row of the table."""
     row = np.zeros(COLUMNS)
@@ -232,16 +242,16 @@ def _row(
             )
         row[KIND], row[ON] = COORDINATE, list(names).index(actuator.coordinate)
         return row
-    others = [actuator.link, actuator.against if isinstance(actuator, TorqueActuator) else GROUND]
-    check_link_exists(f"actuator '{actuator.name}'", max(others), links)
-    row[ON], row[AGAINST] = others
+    what = f"actuator '{actuator.name}'"
+    row[ON] = link = number(what, actuator.link)
     if isinstance(actuator, TorqueActuator):
+        row[AGAINST] = number(what, actuator.against)
         row[KIND], row[DIRECTION] = TORQUE, actuator.axis
-        row[FRAME] = GROUND if actuator.torque_is_global else actuator.link
+        row[FRAME] = GROUND if actuator.torque_is_global else link
         return row
     row[KIND], row[POSITION], row[DIRECTION] = POINT_FORCE, actuator.point, actuator.direction
-    row[POINT_FRAME] = GROUND if actuator.point_is_global else actuator.link
-    row[FRAME] = GROUND if actuator.force_is_global else actuator.link
+    row[POINT_FRAME] = GROUND if actuator.point_is_global else link
+    row[FRAME] = GROUND if actuator.force_is_global else link
     return row
 
 

@@ -30,6 +30,39 @@ def generalized(joints, parents, p, axes, pulls, Q):
             )
 
 
+@kernel(inline=True)
+def generalized_by_frames(starts, indices, p, J, T, pulls, Q):
+    """Write the generalized forces Q (m, N) of `Pulls` on all coordinates of a system.
+
+    Frame k, with the origin p, moves by its coordinates `indices[starts[k]:starts[k + 1]]` with the
+    same rows of J, as of `Frames`; `T` (n, N) are the rates of what the pulls call coordinates.
+    """
+    for i in range(Q.shape[0]):
+        Q[i] = 0.0
+        for k in range(pulls.firsts[i], pulls.lasts[i]):
+            values, number = pulls.values[k], pulls.numbers[k]
+            f_x, f_y, f_z = values[FORCE], values[FORCE + 1], values[FORCE + 2]
+            if pulls.kinds[k] == ON_COORDINATE:
+                for c in range(T.shape[1]):
+                    Q[i, c] += f_x * T[number, c]
+                continue
+            if number < 0:
+                continue
+            if pulls.kinds[k] == ON_LINK_AS_TORQUE:
+                t_x, t_y, t_z = f_x, f_y, f_z
+                f_x, f_y, f_z = 0.0, 0.0, 0.0
+            else:  # about the frame's origin
+                d_x = values[POINT] - p[number, 0]
+                d_y = values[POINT + 1] - p[number, 1]
+                d_z = values[POINT + 2] - p[number, 2]
+                t_x, t_y, t_z = d_y * f_z - d_z * f_y, d_z * f_x - d_x * f_z, d_x * f_y - d_y * f_x
+            for c in range(starts[number], starts[number + 1]):
+                Q[i, indices[c]] += (
+                    f_x * J[c, 0] + f_y * J[c, 1] + f_z * J[c, 2]
+                    + t_x * J[c, 3] + t_y * J[c, 4] + t_z * J[c, 5]
+                )  # fmt: skip
+
+
 @kernel
 def add_generalized(joints, parents, p, axes, kind, number, values, Q):
     """Add what one row of `Pulls` is on all coordinates to Q (n,)."""

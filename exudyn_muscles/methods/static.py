@@ -24,7 +24,7 @@ from ..simulation.ending import warn_of_unmet_torque
 from ..simulation.run import number_of_steps
 from ..skeleton.external_forces import check_external_forces
 from ..skeleton.hold import hold
-from ..skeleton.system import original, raise_as_itself
+from ..skeleton.reading import original, raise_as_itself
 from .recruiting import MuscleOptimization
 
 
@@ -114,7 +114,7 @@ def static_optimization(
     with hold(model.mbs) as held:
         # The evaluations below move the mbs; the user's current state is put back at the end.
         held.keep(partial(skeleton.restore, skeleton.snapshot()))
-        skeleton.open(held)
+        skeleton.open(held, q_d[0])
         t = times[0]
         try:
             last = None
@@ -134,7 +134,7 @@ def static_optimization(
                     a, l_t, reserve, window = muscles.excite(recruited)
                     torque = recruited.recruitment.torque
                     counts.steps += 1
-                record.add(Row(t, (q_d[n], v_d[n], a_d[n], a, l_t, torque), reserve, window))
+                record.add(Row(t, (q_d[n], v_d[n], a_d[n], a, l_t, torque), reserve, window, place))
                 last = geometry
                 if progress is not None:
                     progress(t)

@@ -9,6 +9,7 @@ eliminated.
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -25,6 +26,33 @@ from ..simulation.plugin import Plugin
 from ..simulation.solver import request_jacobian
 from ..simulation.state import RunState
 from ..skeleton.geometry import Geometry, geometry_tables, tree_geometry
+from ..skeleton.skeleton import Skeleton
+
+
+@kernel(inline=True)
+def muscle_steps(tables, start, trial, r, torque, h):
+    """One step of all muscles, from `start` to l, l' in `trial`, as `unified_step` has them; adds
+    their torques. Returns the first muscle whose step failed, or -1."""
+    l, l_rate = trial[2], trial[3]
+    for i in range(l.size):
+        converged, a, l_t, F, F_l, F_v = step(
+            tables, i, start[0, i], start[1, i], start[2, i], start[3, i], start[4, i], l[i],
+            l_rate[i], h,
+        )  # fmt: skip
+        if not converged:
+            return i
+        for j in range(torque.size):
+            torque[j] += r[i, j] * F
+        trial[0, i], trial[1, i], trial[4, i], trial[5, i] = a, l_t, F_l, F_v
+    return -1
+
+
+@kernel
+def steps_on_frames(table, grids, bins, pieces, start, trial, r, torque, h):
+    """`muscle_steps`, where l, l' and r are known already."""
+    return muscle_steps(
+        MuscleTables(table, PackedCurves(grids, bins, pieces)), start, trial, r, torque, h
+    )
 
 
 @kernel
@@ -49,22 +77,12 @@ def unified_step(
     if failed >= 0:
         return failed
     torque[:] = 0.0
-    for i in range(l.size):
-        converged, a, l_t, F, F_l, F_v = step(
-            tables, i, start[0, i], start[1, i], start[2, i], start[3, i], start[4, i], l[i],
-            l_rate[i], h,
-        )  # fmt: skip
-        if not converged:
-            return i
-        for j in range(q.size):
-            torque[j] += r[i, j] * F
-        trial[0, i], trial[1, i], trial[4, i], trial[5, i] = a, l_t, F_l, F_v
-    return -1
+    return muscle_steps(tables, start, trial, r, torque, h)
 
 
 class StepRoom(NamedTuple):
     """Where a step of m muscles on a tree of N coordinates is computed, as `unified_step` has it:
-    `start` (5, m), `trial` (6, m), `arms` r (m, N), `torque` (N,)."""
+    `start` (5, m), `trial` (6, m), `arms` r (m, N), `torque` (N,). N is the skeleton's width."""
 
     start: np.ndarray
     trial: np.ndarray
@@ -72,12 +90,42 @@ class StepRoom(NamedTuple):
     torque: np.ndarray
 
 
-def step_tables(model: MusculoskeletalModel) -> tuple[np.ndarray, ...]:
-    """The arrays of a model that `unified_step` takes first."""
-    tables = model.muscles.tables
+Advance = Callable[[np.ndarray, float], int]
+
+
+def advancing(model: MusculoskeletalModel, room: StepRoom) -> Advance:
+    """The function that advances all muscles to the current iterate by a step [s].
+
+    With ideal actuators' forces (r,) and the step; it writes the room, its torque with theirs, and
+    returns the first muscle whose step failed, or -1.
+    """
+    tables, skeleton = model.muscles.tables, model.skeleton
     # Copies, because numba takes 0.2 us longer over every array that is read-only.
-    laws = (array.copy() for array in (tables.table, *tables.curves))
-    return (*laws, *geometry_tables(model.skeleton.tree, model.paths))
+    laws = [array.copy() for array in (tables.table, *tables.curves)]
+    m = len(model.muscles)
+
+    if isinstance(skeleton, Skeleton):
+        arguments = (*laws, *geometry_tables(skeleton.tree, model.paths), *room)
+
+        def on_a_tree(reserve: np.ndarray, h: float) -> int:
+            q, v = skeleton.tree_state()
+            failed = unified_step(*arguments, q, v, h)
+            if reserve.size:
+                room.torque[:] += model.columns(q) @ reserve
+            return failed
+
+        return on_a_tree
+
+    loads_of = model.loads
+    assert loads_of is not None
+
+    def on_frames(reserve: np.ndarray, h: float) -> int:
+        room.trial[2], room.trial[3], loads = loads_of(skeleton.pose())
+        room.arms[:] = loads[:m]
+        room.torque[:] = reserve @ loads[m:]
+        return steps_on_frames(*laws, *room, h)
+
+    return on_frames
 
 
 @dataclass(eq=False, kw_only=True)
@@ -88,8 +136,8 @@ class UnifiedState(RunState):
     ----------
     room : StepRoom
         Of the step being tried.
-    arguments : tuple of ndarray
-        Those of `unified_step` that are the same in all steps: tables, and the room.
+    advance : callable
+        As `advancing` returns it.
     reserve : (r,) ndarray
         Committed torques of the reserves.
     ramp : tuple of two float and two (r,) ndarray
@@ -103,7 +151,7 @@ class UnifiedState(RunState):
     """
 
     room: StepRoom
-    arguments: tuple[np.ndarray, ...]
+    advance: Advance
     reserve: np.ndarray = field(init=False)
     ramp: tuple[float, float, np.ndarray, np.ndarray] = field(init=False)
     reserve_now: np.ndarray = field(init=False)
@@ -118,9 +166,9 @@ class UnifiedPlugin(Plugin):
 
     def _unified(self) -> dict[str, Any]:
         """What such a run's state begins with."""
-        m, n = len(self.model.muscles), len(self.skeleton.tree)
+        m, n = len(self.model.muscles), self.skeleton.width
         room = StepRoom(np.empty((5, m)), np.empty((6, m)), np.empty((m, n)), np.empty(n))
-        return {**self._common(), "room": room, "arguments": (*step_tables(self.model), *room)}
+        return {**self._common(), "room": room, "advance": advancing(self.model, room)}
 
     @abstractmethod
     def start_muscles(
@@ -165,18 +213,14 @@ class UnifiedPlugin(Plugin):
 
     def torque(self, t: float, first: bool) -> np.ndarray:
         state, skeleton = self.state, self.skeleton
-        q, v = skeleton.tree_state()
-        failed = unified_step(*state.arguments, q, v, state.step)
+        failed = state.advance(state.reserve_now, state.step)
         if failed >= 0:
-            self.model.geometry(skeleton.q, skeleton.v)  # raises if it was that
+            self.model.geometry(*skeleton.place)  # raises if it was that
             raise WindowError(
                 f"muscle '{self.model.muscles.names[failed]}': no step of {state.step:g} s from "
                 f"activation {state.a[failed]:.4g}, tendon length {state.l_t[failed]:.5g} m"
             )
-        torque = state.room.torque
-        if state.reserve_now.size:
-            torque = torque + self.model.columns(q) @ state.reserve_now
-        return skeleton.reduced(torque)
+        return skeleton.reduced(state.room.torque)
 
     def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
         # dF/dq = -F_l r and dF/dq' = -F_v r; how r changes matters little within a step.

@@ -17,7 +17,7 @@ from .kernel_cache import kernel_cache
 # Kernels call each other and freeze constants across these files.
 SOURCES = (
     "numerics", "muscle", "path", "forces", "skeleton/tree.py", "skeleton/geometry.py",
-    "skeleton/dependent.py", "recruitment", "methods/unified.py",
+    "skeleton/dependent.py", "skeleton/system", "recruitment", "methods/unified.py",
 )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from ..model import MusculoskeletalModel
 from ..skeleton.coupling import DependentCoordinate
 from ..skeleton.dependent import Dependent
 from ..skeleton.external_forces import add_external_force
-from ..skeleton.system import JOINTS
+from ..skeleton.reading import JOINTS
 from .actuators import ACTUATORS, read_actuator
 from .bodies import Bodies, Link
 from .document import read_document

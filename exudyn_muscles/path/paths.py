@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from .surfaces import LINK, WRAP_COLUMNS, PathWrap, WrapSurface
 
 # Columns of `Paths.rules`; -1 stands for no coordinate and no curve.
 COORDINATE, LOW, HIGH, CURVES, RULE_COLUMNS = 0, 1, 2, slice(3, 6), 6
+LinkNumbers = Callable[[str, int], int]
 NO_RULE = (-1.0, 0.0, 0.0, -1.0, -1.0, -1.0)
 
 
@@ -90,10 +92,10 @@ def collect_paths(
     muscles: Sequence[str],
     paths: Sequence[Sequence[PathPoint | MovingPathPoint] | FunctionPath],
     wraps: Sequence[Sequence[PathWrap | WrapSurface]],
-    number_of_links: int,
+    links: int | LinkNumbers,
     coordinates: Sequence[str] | None = None,
 ) -> Paths:
-    """The paths of m muscles, checked against a tree.
+    """The paths of m muscles, checked against a tree or another system.
 
     Parameters
     ----------
@@ -101,8 +103,9 @@ def collect_paths(
         Names.
     paths, wraps : sequence
         Of each muscle.
-    number_of_links : int
-        Of the tree; each has one coordinate.
+    links : int or callable
+        How many the tree has, each with one coordinate; or what takes what is on a link, for
+        messages, and the link, and returns the number of its frame.
     coordinates : sequence of str, optional
         The coordinates' names.
 
@@ -112,16 +115,25 @@ def collect_paths(
         A path has fewer than two points, is not made of path points, or names a link, coordinate
         or range that does not exist; names the muscle.
     """
-    names = tuple(coordinates or (f"q{j}" for j in range(number_of_links)))
+    if callable(links):
+        number, names = links, tuple(coordinates or ())
+    else:
+        number = partial(check_link_exists, links=links)
+        names = tuple(coordinates or (f"q{j}" for j in range(links)))
     whose = [f"muscle '{name}'" for name in muscles]
     wrapped = [
         [PathWrap(wrap) if isinstance(wrap, WrapSurface) else wrap for wrap in each]
         for each in wraps
     ]
     for each in zip(whose, paths, wrapped, strict=True):
-        _check_path(*each, number_of_links)
+        _check_path(*each)
     listed = [() if isinstance(path, FunctionPath) else tuple(path) for path in paths]
     points = [point for path in listed for point in path]
+    on_links = [
+        number(f"{who}: path point {k}", point.link)
+        for who, path in zip(whose, listed, strict=True)
+        for k, point in enumerate(path)
+    ]
     curves: dict[Curve, int] = {NO_CURVE: 0}
     rules = [
         _rule(f"{who}: path point {number}", point, names, curves)
@@ -129,7 +141,7 @@ def collect_paths(
         for number, point in enumerate(path)
     ]
     wrap_rows = [
-        _wrap_rows(who, each, len(path))
+        _wrap_rows(who, each, len(path), number)
         for who, each, path in zip(whose, wrapped, listed, strict=True)
     ]
     factors = [
@@ -141,7 +153,7 @@ def collect_paths(
     ]
     return Paths(
         positions=_table([_position(point) for point in points], 3),
-        links=np.array([point.link for point in points], dtype=np.int64),
+        links=np.array(on_links, dtype=np.int64),
         starts=_starts(listed),
         bent=np.flatnonzero(np.logical_not(straight)),
         rules=_table(rules, RULE_COLUMNS),
@@ -153,10 +165,8 @@ def collect_paths(
     )
 
 
-def _check_path(
-    who: str, path: Sequence | FunctionPath, wraps: Sequence, number_of_links: int
-) -> None:
-    """Raise ParameterError unless there are points, and surfaces, on links of the tree."""
+def _check_path(who: str, path: Sequence | FunctionPath, wraps: Sequence) -> None:
+    """Raise ParameterError unless there are points and surfaces."""
     if isinstance(path, FunctionPath):
         if wraps:
             raise ParameterError(f"{who}: a FunctionPath cannot wrap")
@@ -164,17 +174,14 @@ def _check_path(
     if len(path) < 2:
         raise ParameterError(f"{who}: a path needs at least two points, got {len(path)}")
     for number, point in enumerate(path):
-        what = f"{who}: path point {number}"
         if not isinstance(point, (PathPoint, MovingPathPoint)):
-            raise ParameterError(f"{what} is a PathPoint, got {point!r}")
-        check_link_exists(what, point.link, number_of_links)
+            raise ParameterError(f"{who}: path point {number} is a PathPoint, got {point!r}")
     for number in (0, -1):
         if isinstance(path[number], ConditionalPathPoint):
             raise ParameterError(f"{who}: the path's first and last point cannot be conditional")
     for wrap in wraps:
         if not isinstance(wrap, PathWrap):
             raise ParameterError(f"{who}: not a surface or PathWrap: {wrap!r}")
-        check_link_exists(f"{who}: {wrap.surface}", wrap.surface.link, number_of_links)
 
 
 def _rule(
@@ -217,12 +224,21 @@ def _position(point: PathPoint | MovingPathPoint) -> list[float]:
     return [0.0 if isinstance(value, Curve) else value for value in (point.x, point.y, point.z)]
 
 
-def _wrap_rows(who: str, wraps: Sequence[PathWrap], points: int) -> list[np.ndarray]:
+def _wrap_rows(
+    who: str, wraps: Sequence[PathWrap], points: int, number: LinkNumbers
+) -> list[np.ndarray]:
     """The rows of a muscle's active wraps."""
-    try:
-        return [wrap.row(points) for wrap in wraps if wrap.surface.active]
-    except ParameterError as error:
-        raise ParameterError(f"{who}: {error}") from None
+    rows = []
+    for wrap in wraps:
+        link = number(f"{who}: {wrap.surface}", wrap.surface.link)
+        if not wrap.surface.active:
+            continue
+        try:
+            rows.append(wrap.row(points))
+        except ParameterError as error:
+            raise ParameterError(f"{who}: {error}") from None
+        rows[-1][LINK] = link
+    return rows
 
 
 def _factor_rows(

@@ -51,6 +51,7 @@ class Row(NamedTuple):
     point: tuple[np.ndarray, ...]  # as POINT
     reserve: np.ndarray
     window: Window | None  # None: the one before goes on
+    place: tuple  # what the model's geometry takes there
 
 
 class Recorder:
@@ -120,7 +121,7 @@ class Recorder:
         points = _stacked(POINT, [row.point for row in self._rows], names)
         windows = _stacked(WINDOW, rows, names)
         time, q = np.array([row.time for row in self._rows]), points["coordinates"]
-        geometry = [model.geometry(*row) for row in zip(q, points["speeds"], strict=True)]
+        geometry = [model.geometry(*row.place) for row in self._rows]
         force, fiber = _forces_and_fibers(
             model, geometry, points["activations"], points["tendon_lengths"]
         )

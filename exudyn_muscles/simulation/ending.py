@@ -7,7 +7,7 @@ import numpy as np
 
 from ..errors import IncompleteRunWarning, UnmetTorqueWarning, warn
 from ..results.recorder import Recorder
-from ..skeleton.skeleton import Skeleton
+from ..skeleton.base import ExudynSkeleton
 
 
 def warn_of_early_end(record: Recorder, solver: exu.MainSolverImplicitSecondOrder) -> None:
@@ -26,7 +26,7 @@ def warn_of_unmet_torque(record: Recorder) -> None:
         warn(f"unmet torque: {text}", UnmetTorqueWarning)
 
 
-def place(skeleton: Skeleton, reached: float) -> str:
+def place(skeleton: ExudynSkeleton, reached: float) -> str:
     """Time and state, for messages of a run that was accepted up to `reached` [s]."""
     return (
         f"at t = {skeleton.mbs.systemData.GetTime():.6g} s (accepted up to {reached:.6g} s), "

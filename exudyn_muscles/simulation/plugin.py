@@ -31,10 +31,10 @@ from ..motion import Motion
 from ..results.counts import Counts, Status
 from ..results.recorder import Recorder, Row, Window
 from ..results.trajectory import Trajectory
+from ..skeleton.base import ExudynSkeleton
 from ..skeleton.external_forces import check_external_forces
 from ..skeleton.hold import Hold, hold
-from ..skeleton.skeleton import Skeleton
-from ..skeleton.system import original, raise_as_itself
+from ..skeleton.reading import original, raise_as_itself
 from .ending import place, warn_of_early_end, warn_of_unmet_torque
 from .hooks import Hooks
 from .solver import put_back_solver, request_jacobian, running_solver
@@ -174,7 +174,7 @@ class Plugin(ABC):
     def attached_to(self, held: Hold) -> Iterator[Plugin]:
         """`attached` for who already holds the `mbs`."""
         begun, mbs, skeleton = time.process_time(), self.model.mbs, self.skeleton
-        skeleton.open(held)
+        skeleton.open(held, self.near)
         hooks = Hooks(mbs)
         self.state = state = self.new_state()
         record = state.record
@@ -183,7 +183,7 @@ class Plugin(ABC):
             # What another run has left there must not be taken for this run's solver.
             held.keep(partial(put_back_solver, mbs, mbs.sys.get("dynamicSolver")))
             mbs.sys.pop("dynamicSolver", None)
-            skeleton.begin(self.begin(*skeleton.initial_state()))
+            skeleton.begin(self.begin(skeleton.q.copy(), skeleton.v.copy()))
             held.keep(hooks.restore)
             hooks.install(self._own_hooks(hooks))
             yield self
@@ -211,9 +211,14 @@ class Plugin(ABC):
             "PreNewtonResidual": partial(self._pre_newton, hooks),
             "PostStep": partial(self._post_step, hooks),
         }
-        if self.feeds_back or not self.skeleton.basis.known_to_exudyn:
+        if self.feeds_back or not self.skeleton.known_to_exudyn:
             own["SystemJacobian"] = partial(self._system_jacobian, _triplets(self.skeleton))
         return own
+
+    @property
+    def near(self) -> np.ndarray | None:
+        """Coordinates (n,) close to which the run starts, if that is known."""
+        return None if self.motion is None else self.motion(self.start_time)[0]
 
     @property
     def tendon_forces(self) -> np.ndarray:
@@ -310,9 +315,10 @@ class Plugin(ABC):
 
     def _add(self, t: float, reserve: np.ndarray, window: Window | None) -> None:
         state, skeleton = self.state, self.skeleton
-        current = skeleton.q, skeleton.v, skeleton.acceleration
-        point = *(x.copy() for x in current), state.a, state.l_t, skeleton.applied
-        state.record.add(Row(t, point, reserve, window))
+        place = skeleton.place
+        current = place[0], place[1], skeleton.acceleration
+        point = *(x.copy() for x in current), state.a, state.l_t, skeleton.applied(place)
+        state.record.add(Row(t, point, reserve, window, (*point[:2], *place[2:])))
 
     def _check_start(self, mbs: exu.MainSystem, t: float) -> None:
         state = self.state
@@ -332,7 +338,7 @@ class Plugin(ABC):
         self.skeleton.settle(algorithm.useNewmark)
 
 
-def _triplets(skeleton: Skeleton) -> np.ndarray:
+def _triplets(skeleton: ExudynSkeleton) -> np.ndarray:
     """Row, column and a place for the value of the tree's rows in the system's Newton matrix."""
     data = skeleton.mbs.systemData
     columns = np.arange(data.ODE2Size() + data.ODE1Size() + data.AEsize())

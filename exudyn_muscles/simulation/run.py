@@ -57,7 +57,7 @@ def simulate(
     integration.minimumStepSize = step / 1024
     integration.verboseMode = 0
     # Of dependent coordinates the plugin knows them, even with a singular M.
-    knows = skeleton.basis.known_to_exudyn
+    knows = skeleton.known_to_exudyn
     integration.generalizedAlpha.computeInitialAccelerations = knows
     integration.newton.useModifiedNewton = modified_newton
     integration.newton.relativeTolerance = RELATIVE_TOLERANCE

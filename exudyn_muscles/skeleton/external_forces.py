@@ -23,7 +23,7 @@ from ..checks import check_link_exists
 from ..errors import ParameterError
 from ..forces.external import ExternalForce, cubics
 from ..path.frames import GROUND
-from .system import tree_item
+from .reading import tree_item
 
 MARGIN = 1e-9  # s, accumulated time steps
 NOTHING = [0.0] * 9

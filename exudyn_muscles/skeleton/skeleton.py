@@ -8,24 +8,28 @@ Coordinates are Exudyn's: without the reference coordinates of the node.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import cast
 
 import exudyn as exu
 import numpy as np
 
+from ..checks import check_link_exists
 from ..errors import ModelError
+from ..path.paths import Paths
+from .base import ExudynSkeleton, Mounted
 from .coupling import DependentCoordinate
 from .dependent import Dependent
+from .geometry import Geometry, compile_columns, compile_geometry
 from .hold import Hold, hold
 from .independent import Independent
-from .opened import Dynamics, NotOpen, Opened, State
-from .system import check_assembled, original, raise_as_itself, read_tree
+from .opened import Dynamics, NotOpen, Opened
+from .reading import check_assembled, check_unconstrained, original, raise_as_itself, read_tree
 from .tree import PRISMATIC
 
 
-class Skeleton:
+class Skeleton(ExudynSkeleton):
     """An `ObjectKinematicTree` within an assembled Exudyn system.
 
     Parameters
@@ -73,10 +77,10 @@ class Skeleton:
         coordinates: Sequence[str] | None = None,
         dependent: Sequence[DependentCoordinate] = (),
     ) -> None:
-        self.mbs = mbs
+        super().__init__(mbs)
         self.object = tree
-        self.check_assembled()
         self.tree = read_tree(mbs, tree)
+        self.check_assembled()
         n = len(self.tree)
         names = [f"q{i}" for i in range(n)] if coordinates is None else list(coordinates)
         if len(names) != n or len(set(names)) != n:
@@ -94,44 +98,38 @@ class Skeleton:
         # Since the last `open`; read in every iteration, so that nothing is asked on the way.
         self._opened = cast(Opened, NotOpen(mbs, self.rows))
 
+    def frame_number(self, what: str, link: int) -> int:
+        return check_link_exists(what, link, len(self.tree))
+
+    def mount(self, paths: Paths, muscles: Sequence[str], actuators: np.ndarray) -> Mounted:
+        columns = compile_columns(self.tree, actuators)
+        geometry = compile_geometry(self.tree, paths, muscles)
+        if len(actuators):
+            geometry = _with_columns(geometry, columns)
+        return Mounted(self.basis.geometry(geometry), columns)
+
+    @property
+    def known_to_exudyn(self) -> bool:
+        return self.basis.known_to_exudyn
+
+    @property
+    def width(self) -> int:
+        return len(self.tree)
+
     @property
     def others(self) -> int:
-        """Number of the system's ODE2 coordinates outside the tree."""
         return self.mbs.systemData.ODE2Size() - len(self.tree)
 
-    def __len__(self) -> int:
-        return len(self.coordinates)
-
     def check_assembled(self) -> None:
-        """Raise ModelError unless Exudyn can solve the system and its coordinates are free."""
         check_assembled(self.mbs)
+        check_unconstrained(self.mbs, self.object)
 
     def state_of_tree(self, *state: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Values of all coordinates of the tree (..., N), if asked also speeds and accelerations.
-
-        From those of the independent ones, (..., n) each.
-        """
         return self.basis.state_of_tree(*state)
 
     # The initial state, as the next run will use it.
 
-    def initial_arrays(self) -> tuple[np.ndarray, np.ndarray]:
-        """Initial coordinates and speeds of the whole system."""
-        initial = exu.ConfigurationType.Initial
-        data = self.mbs.systemData
-        return (
-            np.array(data.GetODE2Coordinates(configuration=initial)),
-            np.array(data.GetODE2Coordinates_t(configuration=initial)),
-        )
-
-    def set_initial_arrays(self, coordinates: np.ndarray, speeds: np.ndarray) -> None:
-        """Set the initial state of the whole system."""
-        initial = exu.ConfigurationType.Initial
-        self.mbs.systemData.SetODE2Coordinates(coordinates, configuration=initial)
-        self.mbs.systemData.SetODE2Coordinates_t(speeds, configuration=initial)
-
     def initial_state(self) -> tuple[np.ndarray, np.ndarray]:
-        """Initial coordinates and speeds (n,) each."""
         coordinates, speeds = self.initial_arrays()
         return coordinates[self.free], speeds[self.free]
 
@@ -148,22 +146,11 @@ class Skeleton:
 
     @contextmanager
     def opened(self) -> Iterator[Skeleton]:
-        """`open` for a block."""
         with hold(self.mbs) as held:
             self.open(held)
             yield self
 
-    def open(self, held: Hold) -> None:
-        """Prepare for evaluations; the system's current state becomes its initial state.
-
-        Whoever has the hold gets the tree back with the user's own joint torques, and with the
-        initial values that dependent coordinates had.
-
-        Raises
-        ------
-        ModelError
-            The system cannot be driven.
-        """
+    def open(self, held: Hold, near: np.ndarray | None = None) -> None:
         self.check_assembled()
         current = read_tree(self.mbs, self.object)
         for name in vars(current):
@@ -204,34 +191,22 @@ class Skeleton:
                 "inertias of the links"
             )
 
-    def snapshot(self) -> tuple[list[np.ndarray], float]:
-        """The system's current coordinates, speeds, accelerations and time."""
-        return State(self.mbs, self.rows).snapshot()
-
-    def restore(self, snapshot: tuple[list[np.ndarray], float]) -> None:
-        """Put a snapshot back."""
-        State(self.mbs, self.rows).restore(snapshot)
-
     # The current state and, once it is open, evaluations there.
 
     @property
     def q(self) -> np.ndarray:
-        """Independent coordinates (n,) of the current state."""
         return self.basis.part(self._opened.state.q)
 
     @property
     def v(self) -> np.ndarray:
-        """Their speeds (n,)."""
         return self.basis.part(self._opened.state.v)
 
     @property
     def acceleration(self) -> np.ndarray:
-        """Their accelerations (n,)."""
         return self.basis.part(self._opened.state.a)
 
     @property
     def start(self) -> tuple[np.ndarray, ...]:
-        """The same three at the start of the step."""
         part, (q, v, a) = self.basis.part, self._opened.state.start
         return part(q), part(v), part(a)
 
@@ -241,28 +216,11 @@ class Skeleton:
 
     @property
     def place(self) -> tuple:
-        """What the model's `geometry` takes at the current state."""
         return self.q, self.v
 
     def dynamics(self) -> Dynamics:
-        """M and H - Q, without the muscles, at the system's current state and time."""
         M, bias = self.basis.dynamics(self._opened)
         return Dynamics(M, bias, self.place)
-
-    def dynamics_at(self, q: np.ndarray, v: np.ndarray, t: float) -> Dynamics:
-        """As `dynamics`, at coordinates `q`, speeds `v` and time `t`.
-
-        Other bodies of the system stay where they are. The system's state and time are as before
-        afterwards, to the last bit.
-        """
-        return self._dynamics_there(q, v, t, ahead=False)
-
-    def dynamics_ahead(self, q: np.ndarray, v: np.ndarray, t: float) -> Dynamics:
-        """As `dynamics_at`, with the other bodies where their state at the start of the step leads.
-
-        They go on with constant acceleration, which is of second order.
-        """
-        return self._dynamics_there(q, v, t, ahead=True)
 
     def _dynamics_there(self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool) -> Dynamics:
         state = self._opened.state
@@ -276,7 +234,6 @@ class Skeleton:
             state.restore(before)
 
     def go_to(self, q: np.ndarray, v: np.ndarray, t: float) -> None:
-        """Put the tree at coordinates `q` and speeds `v` (n,) at the time `t`."""
         state = self._opened.state
         state.q[:], state.v[:] = self.state_of_tree(q, v)
         self.mbs.systemData.SetTime(t)
@@ -284,33 +241,24 @@ class Skeleton:
     # In a run.
 
     def begin(self, torque: np.ndarray) -> None:
-        """Set the muscles' torques (n,) at the start of a run, which is the current state."""
         self.basis.begin(self._opened, torque)
 
     def settle(self, newmark: bool) -> None:
-        """The run begins here; raise ParameterError if with wrong accelerations (`Independent`)."""
         self.basis.settle(self._opened, newmark)
 
     def place_at(self, q: np.ndarray, v: np.ndarray) -> tuple:
-        """What the model's `geometry` takes at coordinates `q` and speeds `v` (n,)."""
         return q, v
 
     def ideal_load(self, there: Dynamics, torque: np.ndarray) -> np.ndarray:
-        """What torques (n,) on the coordinates themselves are for Exudyn."""
         return torque
 
     def apply(self, torque: np.ndarray | None) -> None:
-        """Set the muscles' torques (n,) at Exudyn's iterate, on top of the user's own
-        `jointForceVector`; None: the last ones stay."""
         self.basis.apply(self._opened, torque)
 
-    @property
-    def applied(self) -> np.ndarray:
-        """The muscles' torques (n,) that Exudyn has now."""
+    def applied(self, place: tuple) -> np.ndarray:
         return self.basis.applied(self._opened)
 
     def imbalance(self, there: Dynamics, a: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """M z'' + H - Q - Q_m (n,) with accelerations `a` and torques (n,)."""
         return there.M @ a + there.bias - torque
 
     def rows_of_law(
@@ -321,8 +269,6 @@ class Skeleton:
         kp: float | np.ndarray,
         kv: float | np.ndarray,
     ) -> np.ndarray:
-        """Rows of the Newton matrix with the demand of (15) met, as `Plugin.jacobian`; the gains
-        `kp`, `kv` are times its factors dq, dv."""
         # The residual is M (q'' - q''_CTC), whatever else acts on the skeleton.
         rows = np.zeros_like(exact)
         rows[:, self.free] = here.M * (mass - kp - kv)
@@ -331,19 +277,21 @@ class Skeleton:
     def rows_of_slopes(
         self, exact: np.ndarray, here: Dynamics, mass: float, slopes: np.ndarray
     ) -> np.ndarray:
-        """The same with slopes (n, n) of `imbalance` but for its q'', times the factor dq."""
         rows = exact.copy()
         rows[:, self.free] = mass * here.M - slopes
         return rows
 
     def reduced(self, covectors: np.ndarray) -> np.ndarray:
-        """x R (..., n) of torques or moment arms x (..., N) at the current state."""
         return self.basis.reduced(self._opened, covectors)
 
     def reduced_rows(self, exact: np.ndarray) -> np.ndarray:
-        """The tree's rows of Exudyn's Newton matrix as those of the independent coordinates."""
         return self.basis.reduced_rows(self._opened, exact)
 
     def all_rows(self, wanted: np.ndarray) -> np.ndarray:
-        """The tree's rows of a Newton matrix with those of the independent coordinates."""
         return self.basis.all_rows(self._opened, wanted)
+
+
+def _with_columns(
+    geometry: Callable[..., Geometry], columns: Callable[[np.ndarray], np.ndarray]
+) -> Callable[..., Geometry]:
+    return lambda q, v: geometry(q, v)._replace(columns=columns(q))

@@ -69,28 +69,31 @@ def read_tree(mbs: exu.MainSystem, tree: int) -> Tree:
 
 
 def check_assembled(mbs: exu.MainSystem) -> None:
-    """Raise ModelError unless Exudyn can solve the system and its coordinates are free."""
+    """Raise ModelError unless Exudyn can solve the system."""
     if not mbs.systemIsConsistent:
         raise ModelError("the mbs is not assembled: call mbs.Assemble() first")
-    constrained = constrained_objects(mbs)
-    if constrained:
-        raise ModelError(
-            f"the mbs has algebraic constraints, of {', '.join(constrained)}; the methods need "
-            "independent coordinates. Rigid bodies have none with "
-            "nodeType=exu.NodeType.RotationRxyz; instead of joints between bodies build links "
-            "of the kinematic tree, instead of constraints between its coordinates give the "
-            "model dependent_coordinates"
-        )
 
 
-def constrained_objects(mbs: exu.MainSystem) -> list[str]:
-    """Types, names and numbers of the objects that have algebraic equations."""
+def check_unconstrained(mbs: exu.MainSystem, tree: int) -> None:
+    """Raise ModelError if algebraic constraints act on a tree's coordinates; others do no harm."""
     data = mbs.systemData
     if data.AEsize() == 0:
-        return []
-    numbers = [k for k in range(data.NumberOfObjects()) if data.GetObjectLTGAE(k)]
-    items = {k: mbs.GetObject(k) for k in numbers}
-    return [f"{item['objectType']} '{item['name']}' (object {k})" for k, item in items.items()]
+        return
+    own = set(data.GetObjectLTGODE2(tree))
+    numbers = [
+        k
+        for k in range(data.NumberOfObjects())
+        if len(data.GetObjectLTGAE(k)) and own & set(data.GetObjectLTGODE2(k))
+    ]
+    if numbers:
+        items = {k: mbs.GetObject(k) for k in numbers}
+        shown = [f"{one['objectType']} '{one['name']}' (object {k})" for k, one in items.items()]
+        raise ModelError(
+            f"algebraic constraints act on the kinematic tree, of {', '.join(shown)}, so that its "
+            "coordinates are not independent. Give the model a mapping of what is tracked in place "
+            "of the tree, such as {'knee': em.NodeCoordinate(node, 1)}, or dependent_coordinates "
+            "in place of constraints between its coordinates"
+        )
 
 
 def original(error: BaseException) -> BaseException:

@@ -1,0 +1,282 @@
+"""What a skeleton is for the methods, whatever Exudyn system it is.
+
+Equations of motion (1) of its n coordinates q: M(q) q'' + H(q, q') = Q_m + Q. Forces are handed to
+Exudyn as a *load*: torques on the independent coordinates of a tree, generalized forces on all
+coordinates x of any other system.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from typing import Any, NamedTuple
+
+import exudyn as exu
+import numpy as np
+
+from ..path.paths import Paths
+from .geometry import Geometry
+from .hold import Hold
+from .opened import Dynamics, State
+
+
+class Mounted(NamedTuple):
+    """Muscles and actuators on a skeleton.
+
+    `geometry` takes a `place` and returns a Geometry; `columns` takes what the loads are written
+    at, the tree's q or a system's pose, and returns S (width, r) of the actuators. `loads` of a
+    system takes its pose and returns l, l' (m,) and what unit forces are (m + r, width).
+    """
+
+    geometry: Callable[..., Geometry]
+    columns: Callable[[Any], np.ndarray]
+    loads: Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]] | None = None
+
+
+class ExudynSkeleton(ABC):
+    """The interface of all skeletons.
+
+    Attributes
+    ----------
+    mbs : exudyn.MainSystem
+    coordinates : tuple of str
+        Names of the n coordinates that the methods know.
+    units : tuple of str
+        Their units, rad or m.
+    tree_coordinates : tuple of str
+        Names of those that paths and functions may depend on, dependent ones included.
+    rows, free : slice or int ndarray
+        In Exudyn's Newton matrix, the rows that the plugin replaces, and among its columns those
+        that `Plugin.jacobian` is about.
+    """
+
+    mbs: exu.MainSystem
+    coordinates: tuple[str, ...]
+    units: tuple[str, ...]
+    tree_coordinates: tuple[str, ...]
+    rows: slice
+    free: slice | np.ndarray
+
+    def __init__(self, mbs: exu.MainSystem) -> None:
+        self.mbs = mbs
+
+    def __len__(self) -> int:
+        return len(self.coordinates)
+
+    @property
+    @abstractmethod
+    def known_to_exudyn(self) -> bool:
+        """Whether Exudyn itself integrates the coordinates: its initial accelerations and its
+        Newton matrix are right."""
+
+    # The model's muscles.
+
+    @property
+    @abstractmethod
+    def width(self) -> int:
+        """How many coordinates unit forces of muscles are first written on."""
+
+    @property
+    @abstractmethod
+    def others(self) -> int:
+        """Number of the system's ODE2 coordinates that do not belong to the skeleton."""
+
+    @abstractmethod
+    def frame_number(self, what: str, link: int) -> int:
+        """That of the frame of a link, body or marker.
+
+        Raises
+        ------
+        ParameterError
+            There is none; names `what` is on it.
+        """
+
+    @abstractmethod
+    def mount(self, paths: Paths, muscles: Sequence[str], actuators: np.ndarray) -> Mounted:
+        """The paths of these muscles and the actuators in an `actuator_table`, put on it."""
+
+    @abstractmethod
+    def check_assembled(self) -> None:
+        """Raise ModelError unless Exudyn can solve the system and it can be driven."""
+
+    @abstractmethod
+    def state_of_tree(self, *state: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Values of all `tree_coordinates` (..., N), if asked also speeds and accelerations.
+
+        From those of the independent ones, (..., n) each.
+        """
+
+    # The initial state, as the next run will use it.
+
+    def initial_arrays(self) -> tuple[np.ndarray, np.ndarray]:
+        """Initial coordinates and speeds of the whole system."""
+        initial = exu.ConfigurationType.Initial
+        data = self.mbs.systemData
+        return (
+            np.array(data.GetODE2Coordinates(configuration=initial)),
+            np.array(data.GetODE2Coordinates_t(configuration=initial)),
+        )
+
+    def set_initial_arrays(self, coordinates: np.ndarray, speeds: np.ndarray) -> None:
+        """Set the initial state of the whole system."""
+        initial = exu.ConfigurationType.Initial
+        self.mbs.systemData.SetODE2Coordinates(coordinates, configuration=initial)
+        self.mbs.systemData.SetODE2Coordinates_t(speeds, configuration=initial)
+
+    @abstractmethod
+    def initial_state(self) -> tuple[np.ndarray, np.ndarray]:
+        """Initial coordinates and speeds (n,) each."""
+
+    @abstractmethod
+    def set_initial_state(self, q: np.ndarray, v: np.ndarray) -> None:
+        """Set initial coordinates and speeds (n,); what does not depend on them keeps its own."""
+
+    # Opening.
+
+    @abstractmethod
+    def opened(self) -> AbstractContextManager[ExudynSkeleton]:
+        """`open` for a block."""
+
+    @abstractmethod
+    def open(self, held: Hold, near: np.ndarray | None = None) -> None:
+        """Prepare for evaluations; the system's current state becomes its initial state.
+
+        Whoever has the hold gets the system back as it was. `near` (n,) are values from which the
+        turns of angles are counted where the system does not tell.
+
+        Raises
+        ------
+        ModelError
+            The system cannot be driven.
+        """
+
+    def snapshot(self) -> tuple[list[np.ndarray], float]:
+        """The system's current coordinates, speeds, accelerations and time."""
+        return State(self.mbs, self.rows).snapshot()
+
+    def restore(self, snapshot: tuple[list[np.ndarray], float]) -> None:
+        """Put a snapshot back."""
+        State(self.mbs, self.rows).restore(snapshot)
+
+    # The current state and, once it is open, evaluations there.
+
+    @property
+    @abstractmethod
+    def q(self) -> np.ndarray:
+        """Coordinates (n,) of the current state."""
+
+    @property
+    @abstractmethod
+    def v(self) -> np.ndarray:
+        """Their speeds (n,)."""
+
+    @property
+    @abstractmethod
+    def acceleration(self) -> np.ndarray:
+        """Their accelerations (n,)."""
+
+    @property
+    @abstractmethod
+    def start(self) -> tuple[np.ndarray, ...]:
+        """The same three at the start of the step."""
+
+    @property
+    @abstractmethod
+    def place(self) -> tuple:
+        """What the model's `geometry` takes at the current state: q, q' and what else it needs."""
+
+    @abstractmethod
+    def place_at(self, q: np.ndarray, v: np.ndarray) -> tuple:
+        """The same at coordinates `q` and speeds `v` (n,)."""
+
+    @abstractmethod
+    def dynamics(self) -> Dynamics:
+        """M and H - Q, without the muscles, at the system's current state and time."""
+
+    def dynamics_at(self, q: np.ndarray, v: np.ndarray, t: float) -> Dynamics:
+        """As `dynamics`, at coordinates `q`, speeds `v` and time `t`.
+
+        What does not depend on them stays where it is. The system's state and time are as before
+        afterwards, to the last bit.
+        """
+        return self._dynamics_there(q, v, t, ahead=False)
+
+    def dynamics_ahead(self, q: np.ndarray, v: np.ndarray, t: float) -> Dynamics:
+        """As `dynamics_at`, with everything else where its state at the start of the step leads.
+
+        It goes on with constant acceleration, which is of second order.
+        """
+        return self._dynamics_there(q, v, t, ahead=True)
+
+    @abstractmethod
+    def _dynamics_there(self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool) -> Dynamics:
+        """What `dynamics_at` and `dynamics_ahead` share."""
+
+    @abstractmethod
+    def go_to(self, q: np.ndarray, v: np.ndarray, t: float) -> None:
+        """Put the current state at coordinates `q` and speeds `v` (n,) at the time `t`."""
+
+    # In a run.
+
+    @abstractmethod
+    def begin(self, load: np.ndarray) -> None:
+        """Set the load at the start of a run, which is the current state."""
+
+    @abstractmethod
+    def settle(self, newmark: bool) -> None:
+        """The run begins at the current state, by Newmark's method or by generalized alpha.
+
+        Raises
+        ------
+        ParameterError
+            The solver's initial accelerations are wrong, and stay so.
+        """
+
+    @abstractmethod
+    def ideal_load(self, there: Dynamics, torque: np.ndarray) -> np.ndarray:
+        """The load of torques (n,) on the coordinates themselves."""
+
+    @abstractmethod
+    def apply(self, load: np.ndarray | None) -> None:
+        """Set the load at Exudyn's iterate, on top of the user's own; None: the last one stays."""
+
+    @abstractmethod
+    def applied(self, place: tuple) -> np.ndarray:
+        """The torques (n,) on the coordinates that Exudyn has now, at the `place`."""
+
+    @abstractmethod
+    def reduced(self, covectors: np.ndarray) -> np.ndarray:
+        """Loads (..., k) of what unit forces are on `width` coordinates, at the current state."""
+
+    # Newton's matrix, in which the loads follow the iterate.
+
+    @abstractmethod
+    def imbalance(self, there: Dynamics, a: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """What of M q'' + H - Q - Q_m (n,) is not in Exudyn's own matrix."""
+
+    @abstractmethod
+    def rows_of_law(
+        self,
+        exact: np.ndarray,
+        here: Dynamics,
+        mass: float,
+        kp: float | np.ndarray,
+        kv: float | np.ndarray,
+    ) -> np.ndarray:
+        """Rows of the Newton matrix with the demand of (15) met, as `Plugin.jacobian`; the gains
+        `kp`, `kv` are times its factors dq, dv."""
+
+    @abstractmethod
+    def rows_of_slopes(
+        self, exact: np.ndarray, here: Dynamics, mass: float, slopes: np.ndarray
+    ) -> np.ndarray:
+        """The same with slopes (n, n) of `imbalance` but for its q'', times the factor dq."""
+
+    @abstractmethod
+    def reduced_rows(self, exact: np.ndarray) -> np.ndarray:
+        """`rows` of Exudyn's Newton matrix as those of the coordinates that loads act on."""
+
+    @abstractmethod
+    def all_rows(self, wanted: np.ndarray) -> np.ndarray:
+        """`rows` of a Newton matrix with those of the coordinates that loads act on."""

@@ -1,0 +1,1 @@
+"""Any Exudyn system as the skeleton: frames, joints, constraints, what is tracked of it."""

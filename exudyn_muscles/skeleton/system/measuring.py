@@ -1,0 +1,125 @@
+"""Tracked quantities z of a system's state and their rates, z' = T x'."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...numerics.kernel import kernel
+from .frames import ROTATION, VELOCITY
+
+# Kinds of tracked quantities.
+ANGLE, SLOPE, DISPLACEMENT, COORDINATE, FUNCTION = range(5)
+# Columns of a row: kind; the frames it lies between; for angles the two entries of the relative
+# rotation A = A_0^T A_1 and their signs; for displacements the axis; points and axes in the frames.
+KIND, FRAMES, ENTRIES, AXIS, POINTS, AXES, COLUMNS = (
+    0, slice(1, 3), slice(3, 9), 9, (slice(10, 13), slice(13, 16)), (slice(16, 25), slice(25, 34)),
+    34,
+)  # fmt: skip
+
+
+@kernel
+def _axes(R, frame, local, A):
+    """Write a joint's axes A (3, 3) in ground."""
+    for i in range(3):
+        for j in range(3):
+            if frame < 0:
+                A[i, j] = local[3 * i + j]
+            else:
+                A[i, j] = (
+                    R[frame, i, 0] * local[j] + R[frame, i, 1] * local[3 + j]
+                    + R[frame, i, 2] * local[6 + j]
+                )  # fmt: skip
+
+
+@kernel
+def _place(R, p, frame, local, x):
+    """Write a joint's point x in ground."""
+    for i in range(3):
+        if frame < 0:
+            x[i] = local[i]
+        else:
+            x[i] = (
+                p[frame, i] + R[frame, i, 0] * local[0] + R[frame, i, 1] * local[1]
+                + R[frame, i, 2] * local[2]
+            )  # fmt: skip
+
+
+@kernel
+def _add(starts, indices, J, frame, sign, force, torque, row):
+    """Add sign (force . p' + torque . omega) of a frame to a row (N,) of T."""
+    if frame < 0:
+        return
+    for k in range(starts[frame], starts[frame + 1]):
+        for i in range(3):
+            row[indices[k]] += sign * (
+                force[i] * J[k, VELOCITY + i] + torque[i] * J[k, ROTATION + i]
+            )
+
+
+@kernel(allocates=True)
+def measure(table, starts, indices, R, p, J, x, z, T):
+    """Write z (n,) and T (n, N) of all rows but FUNCTION ones, where frames are R, p, J."""
+    A_0, A_1, A = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    x_0, x_1 = np.empty(3), np.empty(3)
+    zero, gradient, arm = np.zeros(3), np.empty(3), np.empty(3)
+    for k in range(table.shape[0]):
+        row, kind = table[k], int(table[k, 0])
+        if kind == FUNCTION:
+            continue
+        T[k] = 0.0
+        f_0, f_1 = int(row[1]), int(row[2])
+        if kind == COORDINATE:
+            z[k] = x[f_0]
+            T[k, f_0] = 1.0
+            continue
+        _axes(R, f_0, row[16:25], A_0)
+        if kind == DISPLACEMENT:
+            _place(R, p, f_0, row[10:13], x_0)
+            _place(R, p, f_1, row[13:16], x_1)
+            axis = int(row[9])
+            z[k] = 0.0
+            for i in range(3):
+                gradient[i] = A_0[i, axis]
+                z[k] += gradient[i] * (x_1[i] - x_0[i])
+            # d/dt of e . (x_1 - x_0), with e fixed in frame 0
+            if f_1 >= 0:
+                _cross(x_1 - p[f_1], gradient, arm)
+                _add(starts, indices, J, f_1, 1.0, gradient, arm, T[k])
+            if f_0 >= 0:
+                _cross(x_1 - p[f_0], gradient, arm)
+                _add(starts, indices, J, f_0, -1.0, gradient, arm, T[k])
+            continue
+        _axes(R, f_1, row[25:34], A_1)
+        for i in range(3):
+            for j in range(3):
+                A[i, j] = A_0[0, i] * A_1[0, j] + A_0[1, i] * A_1[1, j] + A_0[2, i] * A_1[2, j]
+        if kind == SLOPE:
+            s, c = A[0, 2], math.sqrt(A[0, 0] * A[0, 0] + A[0, 1] * A[0, 1])
+            # dA = omega x A, so that d A_02 = omega_1 A_22 - omega_2 A_12
+            gradient[0], gradient[1], gradient[2] = 0.0, A[2, 2] / c, -A[1, 2] / c
+        else:
+            i, j, u, w = int(row[3]), int(row[4]), int(row[6]), int(row[7])
+            s, c = row[5] * A[i, j], row[8] * A[u, w]
+            for axis in range(3):
+                gradient[axis] = 0.0
+            # d A_ij = (omega x A_j)_i
+            gradient[(i + 1) % 3] += row[5] * A[(i + 2) % 3, j] * c
+            gradient[(i + 2) % 3] -= row[5] * A[(i + 1) % 3, j] * c
+            gradient[(u + 1) % 3] -= row[8] * A[(u + 2) % 3, w] * s
+            gradient[(u + 2) % 3] += row[8] * A[(u + 1) % 3, w] * s
+            for axis in range(3):
+                gradient[axis] /= s * s + c * c
+        z[k] = math.atan2(s, c)
+        for i in range(3):
+            arm[i] = A_0[i, 0] * gradient[0] + A_0[i, 1] * gradient[1] + A_0[i, 2] * gradient[2]
+        _add(starts, indices, J, f_1, 1.0, zero, arm, T[k])
+        _add(starts, indices, J, f_0, -1.0, zero, arm, T[k])
+
+
+@kernel
+def _cross(a, b, c):
+    c[0] = a[1] * b[2] - a[2] * b[1]
+    c[1] = a[2] * b[0] - a[0] * b[2]
+    c[2] = a[0] * b[1] - a[1] * b[0]

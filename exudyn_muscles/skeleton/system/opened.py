@@ -1,0 +1,291 @@
+"""A system that is open for evaluations: equations of motion of what is tracked.
+
+The system's own equations, with coordinates x, constraints with the Jacobian G, and D where Exudyn
+keeps equations of multipliers alone,
+
+    [M  G^T] [ x'' ]   [Q - H]
+    [G  D  ] [-mu  ] = [gamma],
+
+are solved for the forces that act and for a unit of force T^T along each tracked z, z' = T x':
+
+    x''_0 and W = dx''/df    M_z = (T W)^-1    B = W M_z    H_z - Q_z = -M_z (T x''_0 + T' x')
+
+M_z z'' + H_z - Q_z = B^T f are the equations of motion of z under further forces f on x. What
+nobody tracks moves as the dynamics have it: B is the system's response to z'', passive directions
+with it, and without them it is the basis of what the constraints leave. Of all x'' with the same
+z'' it has the least M-norm, so that poses for given z are found along it as well.
+"""
+
+from __future__ import annotations
+
+import exudyn as exu
+import numpy as np
+from scipy.linalg.lapack import dgesv
+
+from ...errors import ModelError
+from ..opened import Dynamics, State
+from .frames import Frames, advance, rigid_frames
+from .geometry import Pose
+from .items import FrameList, TrackedRows
+from .measuring import ANGLE, KIND, SLOPE, measure
+from .singular import check_mobility, explain_singular
+
+# Largest displacement for central differences along the motion [m or rad]: what is cut off and what
+# is rounded are both 1e-10 of the accelerations.
+DISPLACEMENT = 1e-5
+FASTEST = 10.0  # m/s or rad/s; slower systems move less
+CLOSE = 1e-12  # m or rad, of poses; Newton's method squares it once more
+MOST_ITERATIONS = 50
+FARTHEST = 0.5  # rad or m, of one iteration towards a pose
+TURN = 2.0 * np.pi
+
+
+class OpenedSystem:
+    """A system from the opening of its skeleton on.
+
+    Parameters
+    ----------
+    mbs : exudyn.MainSystem
+    frames : FrameList
+    tracked : TrackedRows
+    names : tuple of str
+        Of the tracked coordinates, for messages.
+    forces : tuple of ObjectIndex and ndarray
+        As of `force_object`.
+    near : (n,) array_like, optional
+        Values from which the turns of angles are counted.
+
+    Attributes
+    ----------
+    state : State
+    """
+
+    def __init__(
+        self,
+        mbs: exu.MainSystem,
+        frames: FrameList,
+        tracked: TrackedRows,
+        names: tuple[str, ...],
+        forces: tuple[exu.ObjectIndex, np.ndarray],
+        near: np.ndarray | None,
+    ) -> None:
+        settings = exu.SimulationSettings()
+        settings.solution.file.write = False
+        settings.solution.sensors.active = False
+        settings.timeIntegration.verboseMode = 0
+        settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
+        self._mbs, self._data, self._names = mbs, mbs.systemData, names
+        self._solver = exu.MainSolverImplicitSecondOrder()
+        self._solver.InitializeSolver(mbs, settings)
+        n = self._data.ODE2Size()
+        self.state = State(mbs, slice(0, n))
+        self._multipliers = self._data.GetSystemStateDict(reference=True)["AECoords"]
+        self._algebraic = slice(n + self._data.ODE1Size(), None)
+        self._kept = np.r_[0:n, n + self._data.ODE1Size() : self._data.SystemSize()]
+        self._tables, self._R, self._p = frames.tables()
+        self._markers, self._tracked = frames.markers, tracked
+        self._vectors = _rotation_vectors(mbs)
+        self._angles = np.isin(tracked.table[:, KIND], (ANGLE, SLOPE))
+        self._turns = np.zeros(len(names))
+        self._object, self._order = forces
+        self._load = np.zeros(n)
+        if near is not None:
+            self._turns[:] = near
+        self._turns[:] = self.pose().z
+
+    # Kinematics.
+
+    def pose(self) -> Pose:
+        """At the current state, angles near those of the last pose."""
+        pose = self._measured(self._turns)
+        self._turns[:] = pose.z
+        return pose
+
+    def _measured(self, near: np.ndarray) -> Pose:
+        x, tables, n = self.state.q, self._tables, len(self._names)
+        R, p, J = self._R.copy(), self._p.copy(), np.empty((tables.indices.size, 6))
+        rigid_frames(*tables, x, R, p, J)
+        for k, marker, turns in self._markers:
+            self._read_marker(k, marker, turns, R, p, J)
+        z, T = np.empty(n), np.zeros((n, x.size))
+        measure(self._tracked.table, tables.starts, tables.indices, R, p, J, x, z, T)
+        for k, function in self._tracked.functions.items():
+            z[k], T[k] = function.value(self._mbs), function.rate(self._mbs)
+        z[self._angles] += TURN * np.round((near - z)[self._angles] / TURN)
+        return Pose(x.copy(), self.state.v.copy(), tables, Frames(R, p, J), z, T)
+
+    def _read_marker(
+        self, k: int, marker: exu.MarkerIndex, turns: bool, R: np.ndarray, p: np.ndarray,
+        J: np.ndarray,
+    ) -> None:  # fmt: skip
+        own = J[self._tables.starts[k] : self._tables.starts[k + 1]]
+        output, item = self._mbs.GetMarkerOutput, self._mbs.ComputeItem
+        p[k] = output(marker, exu.OutputVariableType.Position)
+        own[:, :3] = np.asarray(item(marker, exu.ComputeItemType.PositionJacobian)).T
+        own[:, 3:] = 0.0
+        if turns:
+            R[k] = np.reshape(output(marker, exu.OutputVariableType.RotationMatrix), (3, 3))
+            own[:, 3:] = np.asarray(item(marker, exu.ComputeItemType.RotationJacobian)).T
+
+    def rate(self, pose: Pose) -> np.ndarray:
+        """T' x' (n,) there."""
+        return self._along(pose)[1]
+
+    def _along(self, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
+        """gamma, the accelerations that the constraints ask for, and T' x'; by central differences
+        along the motion."""
+        x, speeds, t = self.state.q, pose.x_t, self._data.GetTime()
+        e = DISPLACEMENT / max(FASTEST, np.abs(speeds).max())
+        found = []
+        for side in (e, -e):
+            advance(self._vectors, self._tables.reference, x, side * speeds)
+            self._data.SetTime(t + side)
+            T = self._measured(pose.z).T
+            found.append((self.equations(velocity=True), T @ speeds))
+            x[:] = pose.x
+        self._data.SetTime(t)
+        (ahead, rate_ahead), (behind, rate_behind) = found
+        return (behind - ahead) / (2.0 * e), (rate_ahead - rate_behind) / (2.0 * e)
+
+    def equations(self, velocity: bool) -> np.ndarray:
+        """What the constraints lack, at position or velocity level, with all multipliers zero."""
+        kept = self._multipliers.copy()
+        self._multipliers[:] = 0.0
+        self._solver.ComputeAlgebraicEquations(self._mbs, velocity)
+        self._multipliers[:] = kept
+        return np.asarray(self._solver.GetSystemResidual())[self._algebraic]
+
+    # Dynamics.
+
+    def _matrix(self) -> np.ndarray:
+        """[[M, G^T], [G, D]] at the current state."""
+        solver, mbs, n = self._solver, self._mbs, self.state.q.size
+        solver.ComputeJacobianODE2RHS(mbs, 0.0, 0.0, 0.0)
+        solver.ComputeJacobianAE(mbs, 1.0, 1.0, 0.0, False)  # rolling is of velocities alone
+        K = np.asarray(solver.GetSystemJacobian())
+        if K.shape[0] != self._kept.size:
+            K = K[np.ix_(self._kept, self._kept)]
+        solver.ComputeMassMatrix(mbs)
+        K[:n, :n] = solver.GetSystemMassMatrix()
+        K[:n, n:] = K[n:, :n].T
+        return K
+
+    def _solved(self, K: np.ndarray, right: np.ndarray) -> np.ndarray:
+        """x'' parts (N, k) of the solutions for right-hand sides (N + c, k)."""
+        _, _, solution, failed = dgesv(K, right)
+        if failed or not np.isfinite(solution).all():
+            explain_singular(self._mbs, K, self.state.q.size)
+        return solution[: self.state.q.size]
+
+    def _forces(self) -> np.ndarray:
+        """Q - H (N,) without the muscles' load and without constraint forces."""
+        kept = self._multipliers.copy()
+        self._multipliers[:] = 0.0
+        self._solver.ComputeODE2RHS(self._mbs)
+        self._multipliers[:] = kept
+        return np.asarray(self._solver.GetSystemResidual())[: self.state.q.size] - self._load
+
+    def dynamics(self) -> Dynamics:
+        """M_z and H_z - Q_z at the current state."""
+        pose, n = self.pose(), self.state.q.size
+        K = self._matrix()
+        gamma, rate = self._along(pose)
+        right = np.zeros((K.shape[0], 1 + len(self._names)))
+        right[:n, 0], right[n:, 0], right[:n, 1:] = self._forces(), gamma, pose.T.T
+        solved = self._solved(K, right)
+        mobility = pose.T @ solved[:, 1:]
+        M = _inverse(mobility)
+        bias = -M @ (pose.T @ solved[:, 0] + rate)
+        return Dynamics(M, bias, (pose.z, pose.T @ pose.x_t, pose, solved[:, 1:] @ M))
+
+    def accelerations(self, load: np.ndarray) -> np.ndarray:
+        """x'' (N,) at the current state under a further load (N,)."""
+        K, pose, n = self._matrix(), self.pose(), self.state.q.size
+        right = np.append(self._forces() + load, self._along(pose)[0])
+        return self._solved(K, right[:, None])[:n, 0]
+
+    def check(self) -> None:
+        """Raise ModelError if constraints are redundant, something has no mass, or a tracked
+        coordinate cannot move or is the same as others."""
+        K, T, n = self._matrix(), self.pose().T, self.state.q.size
+        if not np.isfinite(K).all():
+            raise ModelError(
+                "the mass matrix is not finite: check masses and inertias of the bodies"
+            )
+        explain_singular(self._mbs, K, n)
+        right = np.zeros((K.shape[0], len(T)))
+        right[:n] = T.T
+        check_mobility(self._names, T, self._solved(K, right))
+
+    # Elsewhere.
+
+    def go_to(self, q: np.ndarray, v: np.ndarray, t: float) -> None:
+        """Put the system in the pose nearest to the current one that has the coordinates `q` and
+        speeds `v` (n,) and meets the constraints.
+
+        Raises
+        ------
+        ModelError
+            There is none; names the coordinate.
+        """
+        state = self.state
+        self._data.SetTime(t)
+        for _ in range(MOST_ITERATIONS):
+            pose = self._measured(q)
+            lack, away = self.equations(velocity=False), q - pose.z
+            step = self._towards(pose, lack, away)
+            if np.abs(step).max() <= CLOSE * max(1.0, np.abs(pose.x).max()):
+                break
+            step *= min(1.0, FARTHEST / np.abs(step).max())
+            advance(self._vectors, self._tables.reference, state.q, step)
+        else:
+            j = int(np.abs(away).argmax())
+            raise ModelError(
+                f"coordinate '{self._names[j]}' = {q[j]:.6g}: the constraints of the mbs leave no "
+                f"pose there at t = {t:g} s; the nearest found has {pose.z[j]:.6g}"
+            )
+        self._turns[:] = q
+        lack = self.equations(velocity=True)
+        state.v[:] += self._towards(pose, lack, v - pose.T @ state.v)
+
+    def _towards(self, pose: Pose, lack: np.ndarray, away: np.ndarray) -> np.ndarray:
+        """The step (N,) of least M-norm that takes what is lacking off and z `away` (n,) on."""
+        K, n = self._matrix(), self.state.q.size
+        right = np.zeros((K.shape[0], 1 + away.size))
+        right[n:, 0], right[:n, 1:] = -lack, pose.T.T
+        solved = self._solved(K, right)
+        back, W = solved[:, 0], solved[:, 1:]
+        return back + W @ np.linalg.solve(pose.T @ W, away - pose.T @ back)
+
+    # In a run.
+
+    def apply(self, load: np.ndarray) -> None:
+        """Set generalized forces (N,) on x."""
+        self._load[:] = load
+        self._mbs.SetObjectParameter(self._object, "forceVector", load[self._order])
+
+    @property
+    def load(self) -> np.ndarray:
+        """The last ones."""
+        return self._load
+
+    def leave(self) -> None:
+        """Give the system back without them."""
+        self.apply(np.zeros(self._load.size))
+
+
+def _inverse(matrix: np.ndarray) -> np.ndarray:
+    inverse = np.linalg.inv(matrix)
+    return 0.5 * (inverse + inverse.T)
+
+
+def _rotation_vectors(mbs: exu.MainSystem) -> np.ndarray:
+    """First coordinates of all rotation vectors in the system."""
+    data = mbs.systemData
+    nodes = range(data.NumberOfNodes())
+    first = [
+        data.GetNodeLTGODE2(k)[3]
+        for k in nodes
+        if mbs.GetNode(k)["nodeType"] == "RigidBodyRotVecLG"
+    ]
+    return np.array(first, dtype=np.int64)

@@ -1,0 +1,275 @@
+"""The skeleton in general: any assembled Exudyn system, and what is tracked of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import partial
+
+import exudyn as exu
+import numpy as np
+
+from ...errors import ModelError, ParameterError
+from ...path.paths import Paths
+from ..base import ExudynSkeleton, Mounted
+from ..geometry import Geometry
+from ..hold import Hold, hold
+from ..opened import Dynamics
+from ..reading import check_assembled, original, raise_as_itself
+from .coordinates import Tracked
+from .geometry import GeometryOnAll, Pose, compile_loads
+from .items import FrameList, force_object, tracked_rows
+from .opened import OpenedSystem
+
+
+class GeneralSkeleton(ExudynSkeleton):
+    """An assembled Exudyn system of bodies, joints and whatever else it has.
+
+    Parameters
+    ----------
+    mbs : exudyn.MainSystem
+    tracked : mapping
+        Name -> ObjectIndex of a joint with one free axis, or another kind of `Tracked`.
+
+    Attributes
+    ----------
+    coordinates : tuple of str
+        Names of the n tracked coordinates z.
+    units : tuple of str
+        rad or m.
+    rows, free : slice
+        All N coordinates x of the system.
+
+    Raises
+    ------
+    ModelError
+        The system is not assembled, or has nothing that moves.
+    ParameterError
+        A tracked coordinate is none; names it.
+    """
+
+    def __init__(
+        self, mbs: exu.MainSystem, tracked: Mapping[str, Tracked | exu.ObjectIndex]
+    ) -> None:
+        super().__init__(mbs)
+        self.check_assembled()
+        if not tracked:
+            raise ParameterError("the skeleton needs at least one tracked coordinate")
+        self._frames = FrameList(mbs)
+        self._forces = force_object(mbs)
+        self._tracked = tracked_rows(mbs, self._frames, tracked)
+        self.coordinates = self.tree_coordinates = tuple(tracked)
+        self.units = self._tracked.units
+        self._size = mbs.systemData.ODE2Size()
+        self.rows = self.free = slice(0, self._size)
+        self._opened: OpenedSystem | None = None
+
+    @property
+    def known_to_exudyn(self) -> bool:
+        return True
+
+    @property
+    def width(self) -> int:
+        return self._size
+
+    def check_assembled(self) -> None:
+        check_assembled(self.mbs)
+
+    def frame_number(self, what: str, link: int) -> int:
+        return self._frames.number(what, link)
+
+    def mount(self, paths: Paths, muscles: Sequence[str], actuators: np.ndarray) -> Mounted:
+        loads = compile_loads(paths, muscles, actuators)
+
+        def geometry(
+            q: np.ndarray, v: np.ndarray, pose: Pose | None = None, B: np.ndarray | None = None
+        ) -> Geometry:
+            if pose is None or B is None:
+                q, v, pose, B = self.place_at(q, v)
+            return GeometryOnAll(*loads(pose), B)
+
+        m = len(muscles)
+        return Mounted(geometry, lambda pose: loads(pose)[2][m:].T, loads)
+
+    @property
+    def others(self) -> int:
+        return 0  # all belong to the skeleton
+
+    def state_of_tree(self, *state: np.ndarray) -> tuple[np.ndarray, ...]:
+        return state
+
+    # The initial state.
+
+    def initial_state(self) -> tuple[np.ndarray, np.ndarray]:
+        with self._apart(None) as system:
+            pose = system.pose()
+            return pose.z, pose.T @ pose.x_t
+
+    def set_initial_state(self, q: np.ndarray, v: np.ndarray) -> None:
+        """Set the system's initial state to the nearest one with coordinates and speeds (n,) that
+        meets the constraints."""
+        with self._apart(q) as system:
+            system.go_to(q, v, self.mbs.systemData.GetTime())
+            x, x_t = (array.copy() for array in system.state.current[:2])
+        self.set_initial_arrays(x, x_t)
+
+    @contextmanager
+    def _apart(self, near: np.ndarray | None) -> Iterator[OpenedSystem]:
+        """The system at its initial state, without a hold on it; its current state stays."""
+        before = self.snapshot()
+        try:
+            yield self._system(near)
+        finally:
+            self.restore(before)
+
+    def _system(self, near: np.ndarray | None) -> OpenedSystem:
+        return OpenedSystem(
+            self.mbs, self._frames, self._tracked, self.coordinates, self._forces, near
+        )
+
+    # Opening.
+
+    @contextmanager
+    def opened(self, near: np.ndarray | None = None) -> Iterator[GeneralSkeleton]:
+        with hold(self.mbs) as held:
+            held.keep(partial(self.restore, self.snapshot()))
+            self.open(held, near)
+            yield self
+
+    def open(self, held: Hold, near: np.ndarray | None = None) -> None:
+        self.check_assembled()
+        if self.mbs.systemData.ODE2Size() != self._size:
+            raise ModelError(
+                f"the mbs had {self._size} coordinates when the model was built and has "
+                f"{self.mbs.systemData.ODE2Size()} now; build the MusculoskeletalModel anew"
+            )
+        try:
+            self._opened = self._system(near)
+            held.keep(self._opened.leave)
+            self._opened.check()
+        except exu.ExudynError as error:
+            raise_as_itself(original(error), error)
+
+    @property
+    def now(self) -> OpenedSystem:
+        """The opened system; ModelError before."""
+        if self._opened is None:
+            raise ModelError("the skeleton is not open yet: evaluate it within skeleton.opened()")
+        return self._opened
+
+    # The current state.
+
+    @property
+    def q(self) -> np.ndarray:
+        return self.now.pose().z
+
+    @property
+    def v(self) -> np.ndarray:
+        return self.now.pose().T @ self.now.state.v
+
+    @property
+    def acceleration(self) -> np.ndarray:
+        pose = self.now.pose()
+        return pose.T @ self.now.state.a + self.now.rate(pose)
+
+    @property
+    def start(self) -> tuple[np.ndarray, ...]:
+        state = self.now.state
+        before = state.snapshot()
+        try:
+            for array, values in zip(state.current, state.at_start, strict=True):
+                array[:] = values
+            return self.q, self.v, self.acceleration
+        finally:
+            state.restore(before)
+            self.now.pose()
+
+    @property
+    def place(self) -> tuple:
+        return self.now.dynamics().place
+
+    def place_at(self, q: np.ndarray, v: np.ndarray) -> tuple:
+        if self._opened is None:
+            with self.opened(near=q):
+                return self.dynamics_at(q, v, self.mbs.systemData.GetTime()).place
+        return self.dynamics_at(q, v, self.mbs.systemData.GetTime()).place
+
+    def pose(self) -> Pose:
+        """The current one."""
+        return self.now.pose()
+
+    def dynamics(self) -> Dynamics:
+        return self.now.dynamics()
+
+    def _dynamics_there(self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool) -> Dynamics:
+        state = self.now.state
+        before = state.snapshot()
+        try:
+            if ahead:
+                state.go_on_until(t)
+            self.go_to(q, v, t)
+            return self.dynamics()
+        finally:
+            state.restore(before)
+            self.now.pose()
+
+    def go_to(self, q: np.ndarray, v: np.ndarray, t: float) -> None:
+        self.now.go_to(q, v, t)
+
+    # In a run.
+
+    def begin(self, load: np.ndarray) -> None:
+        self.now.state.a[:] = self.now.accelerations(load)
+        self.now.apply(load)
+
+    def settle(self, newmark: bool) -> None:
+        needed = self.now.state.a
+        found = needed.copy()
+        needed[:] = self.now.accelerations(self.now.load)
+        right = np.abs(found - needed).max() <= 1e-6 * np.abs(needed).max() + 1e-9
+        if not (right or newmark):
+            raise ParameterError(
+                "generalized alpha starts from initial accelerations of its own, which do not "
+                "balance the initial loads here; use TrapezoidalIndex2 or "
+                "generalizedAlpha.computeInitialAccelerations = True"
+            )
+
+    def ideal_load(self, there: Dynamics, torque: np.ndarray) -> np.ndarray:
+        return torque @ there.place[2].T
+
+    def apply(self, load: np.ndarray | None) -> None:
+        if load is not None:
+            self.now.apply(load)
+
+    def applied(self, place: tuple) -> np.ndarray:
+        return self.now.load @ place[3]
+
+    def imbalance(self, there: Dynamics, a: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        return -torque  # the rest is in Exudyn's own matrix
+
+    def rows_of_law(
+        self,
+        exact: np.ndarray,
+        here: Dynamics,
+        mass: float,
+        kp: float | np.ndarray,
+        kv: float | np.ndarray,
+    ) -> np.ndarray:
+        # By (15) the torques follow z by -(kp dq + kv dv) M_z; H - Q follows by what Exudyn has.
+        return self.rows_of_slopes(exact, here, mass, here.M * (kp + kv))
+
+    def rows_of_slopes(
+        self, exact: np.ndarray, here: Dynamics, mass: float, slopes: np.ndarray
+    ) -> np.ndarray:
+        T, rows = here.place[2].T, exact.copy()
+        rows[:, self.free] -= T.T @ slopes @ T
+        return rows
+
+    def reduced(self, covectors: np.ndarray) -> np.ndarray:
+        return covectors
+
+    def reduced_rows(self, exact: np.ndarray) -> np.ndarray:
+        return exact
+
+    def all_rows(self, wanted: np.ndarray) -> np.ndarray:
+        return wanted
