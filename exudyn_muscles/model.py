@@ -226,8 +226,8 @@ class MusculoskeletalModel:
 
     def _longest(self, q: np.ndarray) -> np.ndarray:
         """Longest paths (m,) [m] over the coordinates `q` (k, n)."""
-        rest = np.zeros(len(self.skeleton))
-        return np.max([self.geometry(row, rest).length for row in q], axis=0)
+        lengths = [self.geometry(*place).length for place in self.skeleton.places(q)]
+        return np.max(lengths, axis=0)
 
 
 def _listed(name: str, items: Iterable, *kinds: type) -> list:

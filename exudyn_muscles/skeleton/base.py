@@ -8,7 +8,7 @@ coordinates x of any other system.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from typing import Any, NamedTuple
 
@@ -189,6 +189,10 @@ class ExudynSkeleton(ABC):
     @abstractmethod
     def place_at(self, q: np.ndarray, v: np.ndarray) -> tuple:
         """The same at coordinates `q` and speeds `v` (n,)."""
+
+    @abstractmethod
+    def places(self, q: np.ndarray) -> Iterator[tuple]:
+        """The same at rest at the coordinates `q` (k, n) of a motion, before a run."""
 
     @abstractmethod
     def dynamics(self) -> Dynamics:

@@ -249,6 +249,10 @@ class Skeleton(ExudynSkeleton):
     def place_at(self, q: np.ndarray, v: np.ndarray) -> tuple:
         return q, v
 
+    def places(self, q: np.ndarray) -> Iterator[tuple]:
+        rest = np.zeros(len(self))
+        return ((row, rest) for row in q)
+
     def ideal_load(self, there: Dynamics, torque: np.ndarray) -> np.ndarray:
         return torque
 
