@@ -213,7 +213,7 @@ class GeneralSkeleton(ExudynSkeleton):
         before = state.snapshot()
         try:
             if ahead:
-                state.go_on_until(t)
+                self.now.go_ahead(t)
             self.go_to(q, v, t)
             return self.dynamics()
         finally:
