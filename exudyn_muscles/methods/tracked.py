@@ -49,5 +49,5 @@ def start_tracking(
     """The muscles' steady state that serves the demand at q, q' (n,) best; opens the record."""
     Q_m = state.tracking.demand(t, q, v, *skeleton.dynamics_at(q, v, t))
     start = state.muscles.start(geometry, Q_m, t)
-    state.record.start = t, start.reserve, start.unmet
+    state.record.begin(t, start.reserve, start.unmet)
     return start
