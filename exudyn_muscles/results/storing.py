@@ -17,7 +17,6 @@ from .counts import Counts, Status
 from .quantities import QUANTITIES
 
 FORMAT = "exudyn_muscles.Trajectory"
-FORMAT_VERSION = 3
 # Three minutes of 20 coordinates and 100 muscles in steps of 1 ms; those of the tests have 1 MB.
 LARGEST = 1e9  # bytes
 UNITS = {"rad", "m"}
@@ -148,3 +147,4 @@ KINDS: dict[str, Callable[[Any], bool]] = {
 # Those of them that not every version has: the first that always does, and what stands for each
 # coordinate's.
 ADDED: dict[str, tuple[int, Any]] = {"coordinate_units": (2, "rad"), "saturated": (3, [])}
+FORMAT_VERSION = max(*(one.since for one in QUANTITIES), *(first for first, _ in ADDED.values()))
