@@ -64,16 +64,8 @@ class Recruiter:
     def solve(
         self, r: np.ndarray, Q_m: np.ndarray, F_min: np.ndarray, F_max: np.ndarray, N: np.ndarray
     ) -> Recruitment:
-        """Solve (10); out of reach, deliver the torque that `nearest` finds.
-
-        Parameters
-        ----------
-        r : (m, n) ndarray
-            Moment arms.
-        Q_m : (n,) ndarray
-            Demanded torques.
-        F_min, F_max, N : (m,) ndarray
-            Bounds and normalising forces [N, or N m].
+        """Solve (10), with the arguments of `Criterion.problem`; out of reach, deliver the torque
+        that `nearest` finds.
 
         Raises
         ------

@@ -23,13 +23,7 @@ UNITS = {"rad", "m"}
 
 
 def write_fields(file: str | Path, fields: Mapping[str, Any]) -> None:
-    """Write arrays as such, and all other fields of a trajectory as a header.
-
-    Raises
-    ------
-    OSError
-        As `write_file`.
-    """
+    """`write_file` for a trajectory's arrays as such, and all its other fields as a header."""
     arrays = {name: value for name, value in fields.items() if isinstance(value, np.ndarray)}
     rest = {name: value for name, value in fields.items() if name not in arrays}
     rest |= {"status": fields["status"].name, "counts": asdict(fields["counts"])}
