@@ -45,8 +45,7 @@ AREAS: dict[str, list[tuple[str, str]]] = {
         ),
         (
             "forces/actuators.py recruitment/limits.py recruitment/normalizers.py",
-            "recruitment/test_actuators.py recruitment/test_limits.py "
-            "recruitment/test_normalizers.py",
+            "forces recruitment/test_limits.py recruitment/test_normalizers.py",
         ),
         ("motion/plausibility.py motion/checks.py", "motion/test_plausibility.py"),
     ],
@@ -63,17 +62,18 @@ AREAS: dict[str, list[tuple[str, str]]] = {
         ),
         ("muscle/parameters.py muscle/arguments.py", "muscle/test_parameters.py"),
     ],
-    "path": [("path", "path test_dependent.py")],
+    "path": [("path", "path skeleton/test_dependent.py")],
     "skeleton": [
         (
             "skeleton",
-            "test_skeleton.py test_dependent.py test_loads.py test_host.py test_other_bodies.py",
+            "skeleton/test_skeleton.py skeleton simulation/test_host.py",
         )
     ],
     "coupling": [
         (
             "simulation methods results",
-            "test_coupling.py methods results test_dependent.py test_other_bodies.py",
+            "simulation/test_coupling.py methods results skeleton/test_dependent.py "
+            "skeleton/test_other_bodies.py",
         )
     ],
 }

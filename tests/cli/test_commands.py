@@ -12,6 +12,7 @@ import pytest
 import exudyn_muscles as em
 from exudyn_muscles import cli
 from exudyn_muscles.cli import names, report, sources
+from exudyn_muscles.muscle.laws import LAWS
 from exudyn_muscles.results.quantities import QUANTITIES
 
 PENDULUM = Path(__file__).parents[2] / "models" / "pendulum.py"
@@ -359,7 +360,7 @@ def law_file(tmp_path, monkeypatch):
     return str(file)
 
 
-@pytest.mark.parametrize("name", names.LAWS)
+@pytest.mark.parametrize("name", LAWS)
 @pytest.mark.parametrize("options", [[], ["--rigid"]])
 def test_curves_of_the_built_in_laws(name, options, tmp_path, capsys):
     file = tmp_path / "new" / f"{name}.png"
@@ -372,7 +373,7 @@ def test_curves_of_the_built_in_laws(name, options, tmp_path, capsys):
 def test_every_law_of_the_package_has_its_curves():
     laws = {name for name in em.__all__ if isinstance(getattr(em, name), type)
             and issubclass(getattr(em, name), em.MuscleLaw)}  # fmt: skip
-    assert laws == {*names.LAWS, "MuscleLaw", "CustomLaw"}
+    assert laws == {*LAWS, "MuscleLaw", "CustomLaw"}
 
 
 def test_curves_are_written_here_if_no_file_is_named(tmp_path, monkeypatch, capsys):

@@ -17,7 +17,7 @@ from exudyn.utilities import (
 import exudyn_muscles as em
 from models import pendulum, planar_arm
 
-from .runs import KP, TRAPEZOIDAL, csf, plugin_run, rms_deg, settings, start_at
+from ..runs import KP, TRAPEZOIDAL, csf, plugin_run, rms_deg, settings, start_at
 
 
 @pytest.fixture

@@ -16,9 +16,9 @@ from scipy.integrate import solve_ivp
 
 import exudyn_muscles as em
 
-from . import leg
-from .differences import difference, gradient
-from .runs import KP, TRAPEZOIDAL, csf, plugin_run, settings, start_at
+from .. import leg
+from ..differences import difference, gradient
+from ..runs import KP, TRAPEZOIDAL, csf, plugin_run, settings, start_at
 
 GENERALIZED_ALPHA = exu.DynamicSolverType.GeneralizedAlpha
 START = np.array([0.5, -0.6]), np.array([1.0, -2.0])
