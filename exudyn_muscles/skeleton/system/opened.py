@@ -278,7 +278,7 @@ class OpenedSystem:
         By one linearly implicit step of the trapezoidal rule, which is of second order and lets
         fast passive directions come to rest; extrapolated they would leave all bounds.
         """
-        state, n = self.state, self.state.q.size
+        state = self.state
         h = t - self._data.GetTime(exu.ConfigurationType.StartOfStep)
         for array, values in zip(state.current, state.at_start, strict=True):
             array[:] = values
