@@ -741,6 +741,12 @@ def test_result_before_a_run(model, motion):
         csf(model, motion).result()
 
 
+def test_cpu_time_is_that_of_the_run_alone(model, motion):
+    plugin = csf(model, motion)
+    result = plugin_run(model, plugin, settings())
+    assert plugin.result().cpu_time == result.cpu_time > 0.0
+
+
 def test_mbs_changed_after_the_model_was_built(model, motion):
     model.mbs.AddMarker(MarkerKinematicTreeRigid(objectNumber=0, linkNumber=0))
     with pytest.raises(em.ModelError, match="not assembled"):

@@ -27,11 +27,12 @@ from scipy.linalg.lapack import dgesv
 
 from ...errors import ModelError
 from ..opened import Dynamics, State
+from .frame_list import FrameList
 from .frames import Frames, advance
 from .geometry import Pose
-from .items import FrameList, TrackedRows
 from .measuring import measure_pose, rate_along
 from .singular import check_mobility, explain_singular
+from .tracked_rows import TrackedRows
 
 # Largest displacement for central differences along the motion [m or rad]: what is cut off and what
 # is rounded are both 1e-10 of the accelerations.

@@ -17,9 +17,11 @@ from ..hold import Hold, hold
 from ..opened import Dynamics
 from ..reading import check_assembled, original, raise_as_itself
 from .coordinates import Tracked
+from .frame_list import FrameList
 from .geometry import GeometryOnAll, Pose, compile_loads
-from .items import FrameList, force_object, tracked_rows
+from .load_object import force_object
 from .opened import OpenedSystem
+from .tracked_rows import tracked_rows
 
 
 class GeneralSkeleton(ExudynSkeleton):
