@@ -18,7 +18,8 @@ import numpy as np
 from ..path.paths import Paths
 from .geometry import Geometry
 from .hold import Hold
-from .opened import Dynamics, State
+from .opened import Dynamics
+from .state import State
 
 
 class Mounted(NamedTuple):

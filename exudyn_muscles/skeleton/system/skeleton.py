@@ -125,9 +125,11 @@ class GeneralSkeleton(ExudynSkeleton):
             self.restore(before)
 
     def _system(self, near: np.ndarray | None) -> OpenedSystem:
-        return OpenedSystem(
+        system = OpenedSystem(
             self.mbs, self._frames, self._tracked, self.coordinates, self._forces, near
         )
+        system.check()
+        return system
 
     # Opening.
 
@@ -148,7 +150,6 @@ class GeneralSkeleton(ExudynSkeleton):
         try:
             self._opened = self._system(near)
             held.keep(self._opened.leave)
-            self._opened.check()
         except exu.ExudynError as error:
             raise_as_itself(original(error), error)
 
