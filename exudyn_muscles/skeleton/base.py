@@ -81,7 +81,7 @@ class ExudynSkeleton(ABC):
     @property
     @abstractmethod
     def others(self) -> int:
-        """Number of the system's ODE2 coordinates that do not belong to the skeleton."""
+        """Number of directions in which the system moves besides the n coordinates."""
 
     @abstractmethod
     def frame_number(self, what: str, link: int) -> int:

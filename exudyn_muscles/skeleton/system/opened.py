@@ -172,6 +172,13 @@ class OpenedSystem:
             right = np.append(self._acting() + load, self._gamma())
         return self._solved(K, right[:, None])[:, 0]
 
+    @property
+    def directions(self) -> int:
+        """In how many the constraints let the system move."""
+        n = self.state.q.size
+        G = self._equations.matrix()[n:, :n]
+        return n - int(G.any(axis=1).sum())  # the others keep multipliers alone
+
     def check(self) -> None:
         """Raise ModelError if constraints are redundant, something has no mass, or a tracked
         coordinate cannot move or is the same as others."""

@@ -95,7 +95,8 @@ class GeneralSkeleton(ExudynSkeleton):
 
     @property
     def others(self) -> int:
-        return 0  # all belong to the skeleton
+        with self._apart(None) as system:
+            return system.directions - len(self)
 
     def state_of_tree(self, *state: np.ndarray) -> tuple[np.ndarray, ...]:
         return state
