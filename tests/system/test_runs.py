@@ -1,0 +1,318 @@
+"""All methods on systems of bodies and joints, beside trees, and with what is passive in them."""
+
+import exudyn as exu
+import numpy as np
+import pytest
+from exudyn.utilities import InertiaCuboid, MarkerBodyRigid, MarkerKinematicTreeRigid
+
+import exudyn_muscles as em
+from models import pendulum, planar_arm
+
+from .convert import EULER, TAIT_BRYAN, VECTOR, as_bodies
+from .models import MOTION, PASSIVE, Arm, spring_hand, wobbling_mass
+
+METHODS = {
+    "csf": lambda model, motion, **of: em.cosimulate(
+        model, motion, settings=em.CosimulationSettings(**of)
+    ),
+    "css": lambda model, motion, **of: em.cosimulate(
+        model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.SIMPLIFIED, **of)
+    ),
+    "cmc": lambda model, motion, **of: em.computed_muscle_control(
+        model, motion, settings=em.CMCSettings(**of)
+    ),
+    "static": lambda model, motion, **of: em.static_optimization(
+        model, motion, settings=em.StaticSettings(**of)
+    ),
+}
+
+
+def order(steps, errors):
+    return np.polyfit(np.log(steps), np.log(errors), 1)[0]
+
+
+@pytest.mark.parametrize("source", [pendulum, planar_arm])
+@pytest.mark.parametrize("node_type", [EULER, TAIT_BRYAN, VECTOR])
+def test_equations_of_a_tree_built_of_bodies(source, node_type):
+    tree, bodies = source.build(), as_bodies(source.build(), node_type)
+    q, v, _ = source.motion()(0.3)
+    found = []
+    for model in (tree, bodies):
+        with model.skeleton.opened():
+            M, bias, place = model.skeleton.dynamics_at(q, v, 0.0)
+        found.append((M, bias, *model.geometry(*place)[:3]))
+    for of_tree, of_bodies in zip(*found, strict=True):
+        scale = max(1.0, np.abs(of_tree).max())
+        np.testing.assert_allclose(of_bodies, of_tree, rtol=0, atol=1e-10 * scale)
+
+
+@pytest.mark.parametrize("source", [pendulum, planar_arm])
+@pytest.mark.parametrize("method", ["csf", "css"])
+def test_a_tree_built_of_bodies_runs_as_the_tree(source, method):
+    """To the difference of the discretisations, which falls with the square of the step."""
+    steps, apart = [0.02, 0.01, 0.005], []
+    for step in steps:
+        of_tree, of_bodies = (
+            METHODS[method](model, source.motion(), step=step)
+            for model in (source.build(), as_bodies(source.build()))
+        )
+        apart.append(np.abs(of_tree.coordinates - of_bodies.coordinates).max())
+    assert order(steps, apart) == pytest.approx(2.0, abs=0.25)
+    assert apart[1] < 1e-3
+
+
+def test_static_optimization_is_the_same_for_both_forms():
+    one, other = (
+        METHODS["static"](model, planar_arm.motion())
+        for model in (planar_arm.build(), as_bodies(planar_arm.build()))
+    )
+    for name in ("tendon_forces", "activations", "excitation_values", "torques_demanded"):
+        found, expected = getattr(other, name), getattr(one, name)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+
+
+def test_computed_muscle_control_and_replay():
+    of_tree, of_bodies = (
+        METHODS["cmc"](model, planar_arm.motion())
+        for model in (planar_arm.build(), as_bodies(planar_arm.build()))
+    )
+    np.testing.assert_allclose(of_tree.coordinates, of_bodies.coordinates, rtol=0, atol=2e-5)
+    again = em.forward_dynamics(as_bodies(planar_arm.build()), of_bodies.excitations)
+    np.testing.assert_allclose(again.coordinates, of_bodies.coordinates, rtol=0, atol=1e-9)
+
+
+def test_the_papers_table_of_the_pendulum():
+    """RMS errors of both forms within 2 % of each other at a step that resolves them alike."""
+    run = METHODS["csf"]
+    errors = {
+        form: METHODS["csf"](model, pendulum.motion(), kp=534.0, step=0.0025).tracking_error_rms()[
+            0
+        ]
+        for form, model in (("tree", pendulum.build()), ("bodies", as_bodies(pendulum.build())))
+    }
+    assert errors["bodies"] < 1.02 * errors["tree"]
+
+
+@pytest.mark.parametrize("passive", list(PASSIVE))
+@pytest.mark.parametrize("method", list(METHODS))
+@pytest.mark.filterwarnings("ignore::exudyn_muscles.FrozenBodiesWarning")
+def test_passive_directions_move_as_they_do(passive, method):
+    result = METHODS[method](Arm(PASSIVE[passive]).model(), MOTION)
+    assert result.status is em.Status.COMPLETE
+    assert result.max_unmet_torque == 0.0
+    # deg; CSS recruits at a state ahead, where a cable's fast modes are predicted.
+    most = {"csf": 0.005, "css": 0.1, "cmc": 0.06, "static": 0.0}[method]
+    assert np.degrees(result.tracking_error_rms())[0] <= most
+
+
+def test_order_with_a_passive_hand():
+    steps = [0.02, 0.01, 0.005]
+    errors = [
+        METHODS["csf"](Arm(spring_hand).model(), MOTION, step=step).tracking_error_rms()[0]
+        for step in steps
+    ]
+    assert order(steps, errors) == pytest.approx(2.0, abs=0.02)
+
+
+def test_energy_with_a_wobbling_mass():
+    """What the loads do becomes energy: a run of 1 ms steps, no damping."""
+    arm = Arm(lambda arm: wobbling_mass(arm, damping=0.0))
+    model, mbs = arm.model(), arm.mbs
+    energy, power, time = [], [], []
+    settings = exu.SimulationSettings()
+    settings.timeIntegration.numberOfSteps = 1000
+    settings.timeIntegration.verboseMode = 0
+    settings.solution.file.write = False
+    plugin = em.CMCPlugin(model, MOTION)
+    model.skeleton.set_initial_state(*MOTION(0.0)[:2])
+
+    def look(mbs, t):
+        state = model.skeleton.now.state
+        kinetic = 0.5 * state.v @ model.skeleton.now._equations.matrix()[:10, :10] @ state.v
+        x = state.q + model.skeleton.pose().tables.reference
+        end = mbs.GetObjectOutputBody(
+            arm.forearm, exu.OutputVariableType.Position, localPosition=[0.1, 0, 0]
+        )
+        potential = 9.81 * (3.0 * x[1] + 1.0 * x[8]) + 1000.0 * np.sum((x[7:10] - end) ** 2)
+        energy.append(kinetic + potential)
+        power.append(model.skeleton.now.load @ state.v)
+        time.append(t)
+        return True
+
+    mbs.SetPostStepUserFunction(look)
+    with plugin.attached():
+        mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2)
+    energy, work = np.array(energy), np.concatenate([[0.0], np.cumsum(
+        0.5 * np.diff(time) * (np.array(power)[1:] + np.array(power)[:-1])
+    )])  # fmt: skip
+    np.testing.assert_allclose(energy - energy[0], work, rtol=0, atol=2e-4 * np.ptp(work))
+    assert np.ptp(work) > 3.0
+
+
+def test_a_trees_coordinates_may_be_left_untracked():
+    """By the coordinates of its node, muscles on markers of its links."""
+    tree = planar_arm.build()
+    mbs, number = tree.mbs, tree.skeleton.object
+    node = mbs.GetObject(number)["nodeNumber"]
+    markers = [
+        mbs.AddMarker(MarkerKinematicTreeRigid(objectNumber=number, linkNumber=k)) for k in range(2)
+    ]
+    mbs.Assemble()
+    muscles = [_on_markers(muscle, markers) for muscle in tree.muscles]
+    both = {name: em.NodeCoordinate(node, k) for k, name in enumerate(tree.coordinates)}
+    motion = planar_arm.motion()
+    every = METHODS["csf"](em.MusculoskeletalModel(mbs, both, muscles), motion)
+    plain = METHODS["csf"](planar_arm.build(), motion)
+    np.testing.assert_allclose(every.coordinates, plain.coordinates, rtol=0, atol=1e-8)
+    times = np.linspace(0.0, motion.end, 201)
+    first = em.Motion.from_samples(times, motion(times)[0][:, :1])
+    model = em.MusculoskeletalModel(mbs, {"shoulder": both["shoulder"]}, muscles)
+    result = METHODS["csf"](model, first)
+    assert result.status is em.Status.COMPLETE
+    assert np.degrees(result.tracking_error_rms())[0] < 0.01
+
+
+def _on_markers(muscle, markers):
+    from dataclasses import replace
+
+    def on(item):
+        return item if item.link < 0 else replace(item, link=markers[item.link])
+
+    return replace(muscle, path=[on(point) for point in muscle.path], wraps=[])
+
+
+@pytest.mark.parametrize(
+    "solver", [exu.DynamicSolverType.TrapezoidalIndex2, exu.DynamicSolverType.GeneralizedAlpha]
+)
+@pytest.mark.parametrize("adaptive", [False, True])
+def test_in_a_users_own_run(solver, adaptive):
+    arm = Arm(spring_hand)
+    model = arm.model()
+    model.skeleton.set_initial_state(*MOTION(0.0)[:2])
+    settings = exu.SimulationSettings()
+    settings.timeIntegration.numberOfSteps = 20 if adaptive else 100
+    settings.timeIntegration.verboseMode = 0
+    settings.solution.file.write = False
+    if adaptive:
+        settings.timeIntegration.newton.maxIterations = 4
+    plugin = em.CosimulationPlugin(model, MOTION)
+    with plugin.attached():
+        arm.mbs.SolveDynamic(settings, solverType=solver)
+    result = plugin.result()
+    assert result.status is em.Status.COMPLETE
+    assert (result.counts.rejected_steps > 0) == adaptive
+    assert np.degrees(result.tracking_error_rms())[0] < 0.006
+    # Afterwards nothing of the muscles is left in the system.
+    assert not np.any(arm.mbs.GetObjectParameter(model.skeleton._forces[0], "forceVector"))
+
+
+def test_the_same_run_twice_has_the_same_bits():
+    arm = Arm(wobbling_mass)
+    model = arm.model()
+    for method in ("csf", "cmc"):
+        one, other = (METHODS[method](model, MOTION) for _ in range(2))
+        fresh = METHODS[method](Arm(wobbling_mass).model(), MOTION)
+        for again in (other, fresh):
+            for name in ("coordinates", "tendon_forces", "excitation_values", "torques_delivered"):
+                np.testing.assert_array_equal(getattr(again, name), getattr(one, name))
+
+
+def test_a_constrained_body_beside_a_tree():
+    """The equations of the tree do not change; Exudyn's Newton iterations stop by the residuals of
+    the whole system, so that they stop earlier or later within their tolerance."""
+    plain = pendulum.build()
+    methods = {name: METHODS[name](plain, pendulum.motion()) for name in METHODS}
+    for swinging in (False, True):
+        built = pendulum.build()
+        mbs = built.mbs
+        ground = mbs.CreateGround()
+        door = mbs.CreateRigidBody(
+            inertia=InertiaCuboid(1000, [0.3, 0.1, 0.1]),
+            referencePosition=[2.15 if swinging else 2.0, 0.0 if swinging else -0.15, 0.0],
+            gravity=[0, -9.81, 0],
+        )
+        mbs.CreateRevoluteJoint(itemNumbers=[ground, door], position=[2, 0, 0], axis=[0, 0, 1])
+        mbs.Assemble()
+        model = em.MusculoskeletalModel(
+            mbs, built.skeleton.object, list(built.muscles), coordinates=["theta"]
+        )
+        for name, alone in methods.items():
+            if name == "static":
+                with pytest.warns(em.FrozenBodiesWarning):
+                    beside = METHODS[name](model, pendulum.motion())
+            else:
+                beside = METHODS[name](model, pendulum.motion())
+            for field in ("coordinates", "activations", "torques_delivered"):
+                found, expected = getattr(beside, field), getattr(alone, field)
+                within = 0.0 if name == "static" else 2e-8 * np.abs(expected).max()
+                np.testing.assert_allclose(found, expected, rtol=0, atol=within)
+
+
+def test_a_constraint_on_a_tree_is_named():
+    built = pendulum.build()
+    mbs = built.mbs
+    ground = mbs.CreateGround()
+    ends = [
+        mbs.AddMarker(MarkerBodyRigid(bodyNumber=ground, localPosition=[0.3, 0, 0])),
+        mbs.AddMarker(
+            MarkerKinematicTreeRigid(
+                objectNumber=built.skeleton.object, linkNumber=0, localPosition=[0, -0.3, 0]
+            )
+        ),
+    ]
+    from exudyn.utilities import DistanceConstraint
+
+    mbs.AddObject(DistanceConstraint(name="rod", markerNumbers=ends, distance=0.5))
+    mbs.Assemble()
+    with pytest.raises(em.ModelError, match=r"'rod' \(object \d+\).*mapping of what is tracked"):
+        em.MusculoskeletalModel(
+            mbs, built.skeleton.object, list(built.muscles), coordinates=["theta"]
+        )
+
+
+def test_an_exoskeleton_in_a_pre_step_function():
+    """A controller of the usual kind acts in static optimization as in co-simulation, and no run
+    depends on what ran before."""
+
+    def build():
+        arm = Arm()
+        marker = arm.mbs.AddMarker(MarkerBodyRigid(bodyNumber=arm.forearm))
+        from exudyn.utilities import Torque
+
+        load = arm.mbs.AddLoad(Torque(markerNumber=marker, loadVector=[0, 0, 0]))
+
+        def control(mbs, t):
+            angle = 2.0 * np.arctan2(
+                *mbs.GetNodeOutput(0, exu.OutputVariableType.Coordinates)[[6, 3]]
+            )
+            mbs.SetLoadParameter(load, "loadVector", [0.0, 0.0, 3.0 + 2.0 * angle])
+            return True
+
+        arm.mbs.SetPreStepUserFunction(control)
+        arm.mbs.Assemble()
+        return arm, arm.model(), load
+
+    arm, model, load = build()
+    first = METHODS["static"](model, MOTION)
+    coupled = METHODS["csf"](model, MOTION)
+    again = METHODS["static"](model, MOTION)
+    np.testing.assert_array_equal(again.excitation_values, first.excitation_values)
+    fresh = METHODS["csf"](build()[1], MOTION)
+    np.testing.assert_array_equal(coupled.excitation_values, fresh.excitation_values)
+    assert not np.any(arm.mbs.GetLoadParameter(load, "loadVector"))
+    difference = np.abs(first.torques_demanded - coupled.torques_demanded)[1:].max()
+    assert difference < 0.02 * np.abs(coupled.torques_demanded).max()
+    without = METHODS["static"](Arm().model(), MOTION)
+    assert np.abs(first.torques_demanded - without.torques_demanded).max() > 2.5
+
+
+def test_a_pre_step_function_stops_static_optimization():
+    arm = Arm()
+    arm.mbs.SetPreStepUserFunction(lambda mbs, t: t < 0.3)
+    with pytest.warns(em.IncompleteRunWarning, match=r"a user function at t = 0\.29"):
+        result = METHODS["static"](arm.model(), MOTION)
+    assert result.status is em.Status.INCOMPLETE
+    assert result.time[-1] == pytest.approx(0.29)
+    arm.mbs.SetPreStepUserFunction(lambda mbs, t: None)
+    with pytest.raises(em.ModelError, match="returned None"):
+        METHODS["static"](arm.model(), MOTION)
