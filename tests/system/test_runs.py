@@ -83,7 +83,6 @@ def test_computed_muscle_control_and_replay():
 
 def test_the_papers_table_of_the_pendulum():
     """RMS errors of both forms within 2 % of each other at a step that resolves them alike."""
-    run = METHODS["csf"]
     errors = {
         form: METHODS["csf"](model, pendulum.motion(), kp=534.0, step=0.0025).tracking_error_rms()[
             0
@@ -282,9 +281,8 @@ def test_an_exoskeleton_in_a_pre_step_function():
         load = arm.mbs.AddLoad(Torque(markerNumber=marker, loadVector=[0, 0, 0]))
 
         def control(mbs, t):
-            angle = 2.0 * np.arctan2(
-                *mbs.GetNodeOutput(0, exu.OutputVariableType.Coordinates)[[6, 3]]
-            )
+            coordinates = mbs.GetNodeOutput(0, exu.OutputVariableType.CoordinatesTotal)
+            angle = 2.0 * np.arctan2(coordinates[6], coordinates[3])
             mbs.SetLoadParameter(load, "loadVector", [0.0, 0.0, 3.0 + 2.0 * angle])
             return True
 
