@@ -33,6 +33,8 @@ def summary(name: str, trajectory: Trajectory) -> str:
         f"{counts.newton_iterations} Newton iterations, {counts.rejected_steps} rejected steps"
     )
     lines.append(f"unmet torque [N m, or N]: {trajectory.unmet_torque_report() or 'none'}")
+    if drift := trajectory.max_constraint_drift:
+        lines.append(f"largest violation of constraints [m, rad, or 1]: {drift:.2g}")
     return "\n".join(lines)
 
 
@@ -92,6 +94,10 @@ def comparison_text(
         f"CPU time: the best of {_number(arguments.repeat, 'run')} in a warm process.",
         f"Largest difference of excitations: Static - CSF {static:.4f}, CMC - CSF {cmc:.4f}.",
     ]
+    drifts = {METHODS[name]: result.max_constraint_drift for name, result in results.items()}
+    if any(drifts.values()):
+        each = ", ".join(f"{label} {drift:.2g}" for label, drift in drifts.items())
+        notes.append(f"Largest violation of constraints [m, rad, or 1]: {each}.")
     if len(model.coordinates) > 1:
         for method, label in METHODS.items():
             if method != "static":
