@@ -186,8 +186,9 @@ class MusculoskeletalModel:
             A tendon is slack throughout, or a fibre stretched far beyond use; names the muscle, the
             parameter and its limit.
         """
+        lengths = self._longest(q)
         for muscle, longest, taut in zip(
-            self.muscles, self._longest(q), self.muscles.shortest_taut_length, strict=True
+            self.muscles, lengths, self.muscles.shortest_taut_length, strict=True
         ):
             if longest >= taut:
                 continue
@@ -203,7 +204,7 @@ class MusculoskeletalModel:
                 f"muscle '{muscle.name}': optimal_fiber_length = {muscle.optimal_fiber_length:g} m "
                 f"is too long, {reached}, less than the shortest fiber of {fiber:.4g} m"
             )
-        self.check_stretch(self._longest(q))
+        self.check_stretch(lengths)
 
     def check_stretch(self, lengths: np.ndarray) -> None:
         """Check that no fibre is stretched far beyond use by musculotendon lengths (m,) [m].

@@ -21,7 +21,7 @@ LONGEST = 350  # lines of a file
 # Classes whose objects evolve, with those derived from them: a run's state, what it counts and
 # records, and who listens to numba.
 STATES = {"RunState", "Counts", "Recorder", "_Compilation"}
-EVOLVING = r"\b(state|record|counts|settings)\b"  # what they are called, and Exudyn's settings
+EVOLVING = r"\b(state|counts|settings)\b"  # what they are called, and Exudyn's settings
 
 # Number of attributes that a class sets after its objects were made.
 SET_LATER = {
@@ -164,6 +164,7 @@ def test_what_was_made_stays_as_it_is():
         for of, attribute in filter(None, map(assigned, ast.walk(function))):
             ours = of == "self" and owner not in states
             ours |= attribute in fixed and of != "self" and not re.search(EVOLVING, of)
+            ours |= of.endswith("record")  # which changes itself
             if ours and name not in made:
                 later[owner].add(f"{of}.{attribute}")
     assert {owner: len(later[owner]) for owner in sorted(later)} == SET_LATER

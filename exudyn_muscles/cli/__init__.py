@@ -1,7 +1,6 @@
 """The command line: `exudyn-muscles run`, `cmc`, `compare`, `check` and `curves`.
 
-Angles are in degrees here and nowhere else in the package. What is slow to import is imported by
-the function that needs it, so that --help is quick.
+Angles are in degrees here and nowhere else in the package.
 """
 
 from .main import main

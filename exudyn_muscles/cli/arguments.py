@@ -8,9 +8,10 @@ from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 
+from ..muscle.laws import LAWS
 from ..results.quantities import QUANTITIES
 from . import commands
-from .names import CMC_STEPS, KP, LAWS, METHODS, PROGRAM, STEP
+from .names import CMC_STEPS, KP, METHODS, PROGRAM, STEP
 
 
 def build_parser() -> argparse.ArgumentParser:

@@ -7,9 +7,16 @@ import json
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from .. import opensim, plot
 from ..files.disk import write_file
+from ..methods.cmc import computed_muscle_control
+from ..methods.cosimulation import cosimulate
+from ..methods.cosimulation_settings import Scheme
+from ..model import MusculoskeletalModel
+from ..motion import Motion
+from ..results.trajectory import Trajectory
 from .files import draw_all, made_folder, result_file, save, save_figure
 from .names import CMC_STEPS, DIFFER, KP, METHODS, STEP
 from .report import (
@@ -23,11 +30,6 @@ from .report import (
 from .settings import method_function, refuse_foreign_options, velocity_gain
 from .sources import damped, load_law, load_model
 from .terminal import one_line_warnings, progress_bar
-
-if TYPE_CHECKING:
-    from ..model import MusculoskeletalModel
-    from ..motion import Motion
-    from ..results.trajectory import Trajectory
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -50,10 +52,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 def cmc(arguments: argparse.Namespace) -> int:
     """A set-up file of OpenSim's CMC."""
-    from .. import opensim
-    from ..methods.cmc import computed_muscle_control
-    from ..methods.cosimulation import Scheme, cosimulate
-
     setup = opensim.load_setup(
         arguments.model,
         initial_time=arguments.initial_time,
@@ -87,9 +85,7 @@ def _result(
     if path is not None:
         print(f"wrote {result_file(path)}")
         if arguments.sto:
-            from ..opensim.result_files import write_results
-
-            for file in write_results(trajectory, path, model.reserves):
+            for file in opensim.write_results(trajectory, path, model.reserves):
                 print(f"wrote {file}")
         draw_all(trajectory, path)
     return exit_status(trajectory)
@@ -149,8 +145,6 @@ def compare(arguments: argparse.Namespace) -> int:
         print(f"wrote {arguments.json}")
     if out is not None:
         print(f"wrote {', '.join(str(out / f'{name}_{method}.npz') for method in METHODS)}")
-        from .. import plot
-
         everything = tuple(results.values())
         save_figure(plot.comparison, everything, out / f"{name}_comparison.png")
         save_figure(plot.forces, (results["csf"],), out / f"{name}_csf_forces.png")
@@ -160,8 +154,6 @@ def compare(arguments: argparse.Namespace) -> int:
 
 def check(arguments: argparse.Namespace) -> int:
     """A stored result against a stored reference."""
-    from ..results.trajectory import Trajectory
-
     result = Trajectory.load(arguments.result)
     reference = Trajectory.load(arguments.reference)
     difference = result.compare(reference, dict(arguments.tolerance))
@@ -191,7 +183,5 @@ def curves(arguments: argparse.Namespace) -> int:
         law = damped(law, arguments.fiber_damping)
     file = arguments.out if arguments.out.suffix else arguments.out.with_suffix(".png")
     made_folder(file.parent)
-    from .. import plot
-
     save_figure(partial(plot.curves, elastic=not arguments.rigid), (law,), file)
     return 0

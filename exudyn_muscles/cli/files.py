@@ -5,13 +5,12 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from .. import plot
 from ..files.disk import write_figure
+from ..results.trajectory import Trajectory
 from .interrupts import uninterrupted
-
-if TYPE_CHECKING:
-    from ..results.trajectory import Trajectory
 
 
 def made_folder(path: Path) -> Path:
@@ -35,8 +34,6 @@ def save(trajectory: Trajectory, file: Path) -> None:
 
 def draw_all(trajectory: Trajectory, path: Path) -> None:
     """The figures of a result whose files' names begin with `path`."""
-    from .. import plot
-
     draw: list[Callable] = [plot.forces, plot.activations, plot.excitations]
     if trajectory.method != "static":
         draw.append(plot.tracking_errors)

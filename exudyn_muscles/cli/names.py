@@ -2,10 +2,6 @@
 
 PROGRAM = "exudyn-muscles"
 METHODS = {"static": "Static", "cmc": "CMC", "csf": "CSF", "css": "CSS"}
-LAWS = (
-    "DeGrooteFregly2016", "DeGrooteFregly2016Published", "Thelen2003", "Thelen2003Deprecated",
-    "Millard2012", "Schutte1993",
-)  # fmt: skip
 DIFFER, FAILED = 1, 2
 INTERRUPTED, TERMINATED = 130, 143  # 128 and the number of SIGINT, of SIGTERM
 

@@ -6,10 +6,13 @@ import argparse
 import math
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from ..results.trajectory import Trajectory
+from ..errors import ParameterError
+from ..methods.cmc import CMCSettings, computed_muscle_control
+from ..methods.cosimulation import cosimulate
+from ..methods.cosimulation_settings import CosimulationSettings, Predictor, Scheme
+from ..methods.static import static_optimization
+from ..results.trajectory import Trajectory
 
 
 def method_function(
@@ -22,11 +25,6 @@ def method_function(
     predictor: str = "constant",
 ) -> Callable[..., Trajectory]:
     """The method's function of model, motion and progress=; raises for settings out of range."""
-    from ..methods.cmc import CMCSettings, computed_muscle_control
-    from ..methods.cosimulation import cosimulate
-    from ..methods.cosimulation_settings import CosimulationSettings, Predictor, Scheme
-    from ..methods.static import static_optimization
-
     if method == "static":
         return partial(static_optimization, step=step)
     if method == "cmc":
@@ -40,8 +38,6 @@ def method_function(
 
 def refuse_foreign_options(arguments: argparse.Namespace) -> None:
     """An option that would be ignored is a mistake."""
-    from ..errors import ParameterError
-
     if arguments.sto and arguments.out is None:
         raise ParameterError("--sto needs --out DIR, the folder for its files")
     for option, methods in (

@@ -10,15 +10,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ..errors import ModelError, ParameterError
 from ..files.disk import read_file
-from .names import LAWS
-
-if TYPE_CHECKING:
-    from ..model import MusculoskeletalModel
-    from ..motion import Motion
-    from ..muscle.laws.law import MuscleLaw
+from ..model import MusculoskeletalModel
+from ..motion import Motion
+from ..muscle.laws import LAWS
+from ..muscle.laws.law import MuscleLaw
+from ..opensim.load import read_model
 
 LARGEST = 10e6  # bytes of a user's Python file, in which a model is written by hand
 
@@ -47,15 +47,9 @@ def load_model(
     ModelFileError, StorageError, MotionError
         An `.osim` file or its motion cannot be used.
     """
-    from ..errors import ModelError
-    from ..model import MusculoskeletalModel
-    from ..motion import Motion
-
     if file.suffix.lower() == ".osim":
         if motion is None:
             raise ModelError(f"{file}: a model file of OpenSim needs --motion FILE.mot")
-        from ..opensim.load import read_model
-
         model, described, _ = read_model(file)
         return model, Motion.from_file(
             motion, model.coordinates, model.skeleton.units, cutoff=cutoff, described=described
@@ -93,16 +87,11 @@ def load_law(text: str) -> MuscleLaw:
     ModelError
         The file cannot be imported, or what it calls by that name is not a law.
     """
-    from ..errors import ModelError, ParameterError
-    from ..muscle.laws.law import MuscleLaw
-
     path, colon, name = text.rpartition(":")
     if not colon:
         if text not in LAWS:
             raise ParameterError(f"--law {text}: expected {', '.join(LAWS)} or FILE.py:NAME")
-        import exudyn_muscles
-
-        return getattr(exudyn_muscles, text)()
+        return LAWS[text]()
     file = Path(path)
     with _imported(file, "law") as module:
         law = getattr(module, name, None)
@@ -113,8 +102,6 @@ def load_law(text: str) -> MuscleLaw:
 
 def damped(law: MuscleLaw, fiber_damping: float) -> MuscleLaw:
     """The law with another damper."""
-    from ..errors import ParameterError
-
     try:
         return dataclasses.replace(law, fiber_damping=fiber_damping)  # type: ignore[type-var]
     except TypeError:
@@ -126,8 +113,6 @@ def damped(law: MuscleLaw, fiber_damping: float) -> MuscleLaw:
 @contextmanager
 def _imported(file: Path, noun: str) -> Iterator[ModuleType]:
     """The module of a user's file, which can import those beside it."""
-    from ..errors import ModelError
-
     read_file(file, LARGEST, ModelError)
     name = f"_exudyn_muscles_{noun}_{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)
@@ -147,8 +132,6 @@ def _imported(file: Path, noun: str) -> Iterator[ModuleType]:
 @contextmanager
 def _blamed(file: Path, where: str) -> Iterator[None]:
     """Whatever fails within becomes a ModelError that names the file and its line."""
-    from ..errors import ModelError
-
     try:
         yield
     except (Exception, SystemExit) as error:

@@ -10,20 +10,18 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
+from tqdm import tqdm
+
+from ..errors import ExudynMusclesError, ExudynMusclesWarning
 from .interrupts import Terminated
-
-if TYPE_CHECKING:
-    from tqdm import tqdm
 
 BAR = "{desc} {percentage:3.0f}%|{bar}| {n:.4g}/{total:.4g} {unit} [{elapsed}<{remaining}]"
 
 
 def in_one_line(error: BaseException, arguments: argparse.Namespace) -> str:
     """An exception with its notes; what was computed before it is saved if a folder was named."""
-    from ..errors import ExudynMusclesError
-
     text = str(error)
     if isinstance(error, KeyboardInterrupt):
         text = "terminated" if isinstance(error, Terminated) else "interrupted"
@@ -52,8 +50,6 @@ def _one_line(text: str) -> str:
 @contextmanager
 def one_line_warnings(about: str = "") -> Iterator[None]:
     """Every different warning once, without the source line that raised it."""
-    from tqdm import tqdm
-
     shown = set()
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
@@ -63,8 +59,6 @@ def one_line_warnings(about: str = "") -> Iterator[None]:
             prefix = f"warning: {about}: " if about else "warning: "
             tqdm.write(prefix + text, file=sys.stderr)
 
-    from ..errors import ExudynMusclesWarning
-
     with warnings.catch_warnings():
         warnings.simplefilter("always", ExudynMusclesWarning)
         warnings.showwarning = show
@@ -73,8 +67,6 @@ def one_line_warnings(about: str = "") -> Iterator[None]:
 
 class _Lines(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
-        from tqdm import tqdm
-
         tqdm.write(record.getMessage(), file=sys.stderr)
 
 
@@ -147,8 +139,6 @@ def _silence(descriptor: int) -> None:
 
 def progress_bar(arguments: argparse.Namespace, text: str, total: float, unit: str) -> tqdm:
     """A progress bar on stderr for what takes longer than a second."""
-    from tqdm import tqdm
-
     hidden = arguments.quiet or not sys.stderr.isatty()
     return tqdm(
         desc=text, total=total, unit=unit, delay=1, leave=False, disable=hidden, bar_format=BAR

@@ -119,28 +119,15 @@ def write_file(file: str | Path, content: bytes) -> None:
 
 
 def write_arrays(file: str | Path, /, **arrays: ArrayLike) -> None:
-    """Write NumPy arrays, and texts as such, to an `.npz` file.
-
-    Raises
-    ------
-    OSError
-        As `write_file`.
-    """
+    """`write_file` for NumPy arrays, and texts as such, in an `.npz` file."""
     content = BytesIO()
     np.savez_compressed(content, **arrays)  # type: ignore[arg-type]
     write_file(file, content.getvalue())
 
 
 def write_figure(figure: Figure, file: str | Path, dpi: float) -> None:
-    """Write a matplotlib figure in the format that the file's name ends with.
-
-    Raises
-    ------
-    OSError
-        As `write_file`.
-    ValueError
-        matplotlib does not know the format.
-    """
+    """`write_file` for a matplotlib figure, in the format that the file's name ends with; a
+    ValueError if matplotlib does not know it."""
     content = BytesIO()
     figure.savefig(content, format=Path(file).suffix[1:] or None, dpi=dpi)
     write_file(file, content.getvalue())

@@ -145,7 +145,7 @@ class ForwardPlugin(UnifiedPlugin):
         self.model.check_stretch(geometry.length)
         given = self._excitations
         unmet = np.zeros(len(self.model.coordinates))
-        self.state.record.start = self.start_time, given.reserves[0], unmet
+        self.state.record.begin(self.start_time, given.reserves[0], unmet)
         if given.initial is not None:
             a, l_t = (np.array(x, dtype=float) for x in given.initial[2:])
             l_t = self.model.muscles.with_rigid(l_t)

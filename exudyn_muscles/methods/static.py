@@ -17,7 +17,7 @@ from ..errors import FrozenBodiesWarning, warn
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion, warn_of_angles
 from ..recruitment.settings import RecruitmentSettings, check_fit
-from ..results.counts import Counts, Status
+from ..results.counts import Counts
 from ..results.recorder import Recorder, Row
 from ..results.trajectory import Trajectory
 from ..simulation.ending import warn_of_unmet_torque
@@ -125,7 +125,7 @@ def static_optimization(
                 Q_m = M @ a_d[n] + bias  # (6)
                 if last is None:
                     start = muscles.start(geometry, Q_m, t)
-                    record.start = t, start.reserve, start.unmet
+                    record.begin(t, start.reserve, start.unmet)
                     a, l_t, reserve = start[:3]
                     torque, window = model.torque(geometry, a, l_t, reserve), None
                 else:
@@ -140,7 +140,7 @@ def static_optimization(
                 last = geometry
                 if progress is not None:
                     progress(t)
-            record.status = Status.COMPLETE
+            record.complete()
         except BaseException as error:
             raised = original(error)
             raised.add_note(f"raised at t = {t:g} s of the static optimization")

@@ -44,5 +44,5 @@ def start_tracking(
     there = model.skeleton.dynamics_at(q, v, t)
     state.geometry = model.geometry(*there.place)
     start = state.muscles.start(state.geometry, state.tracking.demand(t, there), t)
-    state.record.start = t, start.reserve, start.unmet
+    state.record.begin(t, start.reserve, start.unmet)
     return start

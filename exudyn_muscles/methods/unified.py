@@ -202,7 +202,7 @@ class UnifiedPlugin(Plugin):
     def open_step(self, t_0: float, t_1: float) -> None:
         # Two iterations instead of six with the matrix of an earlier step; one coordinate needs
         # hardly more than two either way.
-        if len(self.skeleton) > 1:
+        if self.skeleton.width > 1:
             request_jacobian(self.model.mbs)
         state, u = self.state, self.controls(t_0, t_1)
         begun, end, first, last = state.ramp

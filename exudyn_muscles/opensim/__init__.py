@@ -1,6 +1,7 @@
 """Models of OpenSim: `.osim` files as Exudyn systems with muscles, set-ups, and files of results.
 
-What a file holds and cannot be represented here is refused by name, with its line.
+What in a file is damaged or cannot be represented here is refused by name, with its line: whatever
+reads an element of a file raises ModelFileError for it.
 """
 
 from . import result_files

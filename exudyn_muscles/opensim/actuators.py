@@ -16,13 +16,7 @@ ACTUATORS = ("CoordinateActuator", "PointActuator", "TorqueActuator")
 
 
 def read_actuator(element: Element, bodies: Bodies) -> Actuator | None:
-    """An ideal actuator of a file, None if what it acts on cannot move.
-
-    Raises
-    ------
-    ModelFileError
-        Something is damaged or cannot be represented; names it.
-    """
+    """An ideal actuator of a file, None if what it acts on cannot move."""
     common: dict[str, Any] = {
         "name": element.name,
         "optimal_force": element.number("optimal_force", 1.0),

@@ -95,11 +95,6 @@ class Bodies:
         Of ground and the bodies, by their paths (`/ground`, `/bodyset/femur`).
     wraps : dict of str to list of (Element, Place)
         Surfaces by their names, with the frames that they are given in.
-
-    Raises
-    ------
-    ModelFileError
-        Something is damaged or cannot be represented; names it.
     """
 
     def __init__(self, model: Element) -> None:

@@ -18,13 +18,7 @@ class Coupler(NamedTuple):
 
 
 def read_couplers(model: Element) -> dict[str, Coupler]:
-    """The couplers of a model by the coordinates that follow.
-
-    Raises
-    ------
-    ModelFileError
-        There are other constraints, or one of these cannot be represented; names it.
-    """
+    """The couplers of a model by the coordinates that follow; other constraints are refused."""
     couplers: dict[str, Coupler] = {}
     for item in model.items("ConstraintSet"):
         if not item.is_on:

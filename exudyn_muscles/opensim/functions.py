@@ -23,13 +23,7 @@ class Line(NamedTuple):
 
 
 def read_function(element: Element, factor: float = 1.0) -> Line | Curve:
-    """A function of a file, times a factor.
-
-    Raises
-    ------
-    ModelFileError
-        It is of a class that cannot be represented.
-    """
+    """A function of a file, times a factor."""
     if element.tag == "Constant":
         element.allow("value")
         return Line(0.0, factor * element.number("value", 0.0))

@@ -70,13 +70,7 @@ COORDINATES = ("coordinates", "CoordinateSet")
 
 
 def read_axes(joint: Element) -> tuple[list[Coordinate], list[Axis]]:
-    """A joint's coordinates and axes.
-
-    Raises
-    ------
-    ModelFileError
-        It is of a class that cannot be represented, or lacks something.
-    """
+    """A joint's coordinates and axes."""
     custom = joint.tag == "CustomJoint"
     if not custom and joint.tag not in CLASSES:
         joint.refuse()

@@ -87,13 +87,7 @@ def read_model(
     force_sets: Sequence[str | Path] = (),
     external_loads: str | Path | None = None,
 ) -> Content:
-    """What `load_model` loads, with what it leaves out.
-
-    Raises
-    ------
-    ModelFileError, StorageError, FileNotFoundError
-        As `load_model`.
-    """
+    """What `load_model` loads, with what it leaves out; it raises the same errors."""
     model = read_document(file)
     model.allow(*READ, *HARMLESS, *REFUSED)
     bodies = Bodies(model)

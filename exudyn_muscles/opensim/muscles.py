@@ -170,13 +170,7 @@ NUMBERS = {*RANGES, "tendon_strain_at_one_norm_force"}
 
 
 def read_muscle(element: Element, bodies: Bodies) -> Muscle:
-    """A muscle of a file.
-
-    Raises
-    ------
-    ModelFileError
-        Something is damaged or cannot be represented; names it.
-    """
+    """A muscle of a file."""
     kind = CLASSES[element.tag]
     given: dict[str, Any] = {**UNIT, **kind.defaults}
     apart = (*path_tags(element), *FLAGS, *OTHER)

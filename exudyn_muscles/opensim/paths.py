@@ -31,13 +31,7 @@ def path_tags(muscle: Element) -> tuple[str, ...]:
 def read_path(
     muscle: Element, bodies: Bodies
 ) -> tuple[list[PathPoint | MovingPathPoint], list[PathWrap]]:
-    """The points and wraps of a muscle's path.
-
-    Raises
-    ------
-    ModelFileError
-        Something is damaged or cannot be represented; names it.
-    """
+    """The points and wraps of a muscle's path."""
     found = [_point(point, bodies) for point in _items(muscle, POINTS)]
     points = [point for point in found if point is not None]
     return points, [_wrap(wrap, bodies) for wrap in _items(muscle, WRAPS)]

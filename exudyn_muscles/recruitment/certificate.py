@@ -12,9 +12,10 @@ ACCEPTED = 1e-7
 
 
 @kernel
-def kkt_residual(x, y, A, b, low, high):
-    """Largest violation of A clip(x, low, high) = b and x = clip(-A^T y, low, high), each over the
-    rounding of its terms if these are large; NaN if any number is NaN."""
+def kkt_residual(x, g, y, A, b, low, high):
+    """Largest violation of A clip(x, low, high) = b and x = clip(x - g - A^T y, low, high), with
+    the gradient `g` of what is minimised, each over the rounding of its terms if these are large;
+    NaN if any number is NaN."""
     worst = 0.0
     for j in range(b.size):
         error, terms = -b[j], abs(b[j])
@@ -26,7 +27,7 @@ def kkt_residual(x, y, A, b, low, high):
         if error > worst or np.isnan(error):
             worst = error
     for i in range(x.size):
-        free, terms = 0.0, 0.0
+        free, terms = x[i] - g[i], 0.0
         for j in range(b.size):
             free -= A[j, i] * y[j]
             terms += abs(A[j, i] * y[j])

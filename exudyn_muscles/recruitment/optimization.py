@@ -20,7 +20,7 @@ from ..errors import RecruitmentError
 from .certificate import ACCEPTED, kkt_residual
 from .criterion import Criterion, SquaredForces
 from .nearest import two_levels
-from .problem import Recruitment, ScaledProblem
+from .problem import Answer, Recruitment, ScaledProblem
 
 # Close enough for the certificate.
 OSQP = {"eps_abs": 1e-8, "eps_rel": 1e-8, "polishing": True, "max_iter": 20000}
@@ -64,16 +64,8 @@ class Recruiter:
     def solve(
         self, r: np.ndarray, Q_m: np.ndarray, F_min: np.ndarray, F_max: np.ndarray, N: np.ndarray
     ) -> Recruitment:
-        """Solve (10); out of reach, deliver the torque that `nearest` finds.
-
-        Parameters
-        ----------
-        r : (m, n) ndarray
-            Moment arms.
-        Q_m : (n,) ndarray
-            Demanded torques.
-        F_min, F_max, N : (m,) ndarray
-            Bounds and normalising forces [N, or N m].
+        """Solve (10), with the arguments of `Criterion.problem`; out of reach, deliver the torque
+        that `nearest` finds.
 
         Raises
         ------
@@ -98,21 +90,17 @@ def ask(solver: Solver, problem: ScaledProblem) -> tuple[np.ndarray, float] | No
     """x and its KKT residual, if the solver has an acceptable answer."""
     if problem.unreachable:
         return None
-    answer = SOLVERS[solver](problem)
+    answer = problem.solved(SOLVERS[solver])
     if answer is None:
         return None
-    residual = kkt_residual(*answer, problem.A, problem.b, problem.lb, problem.ub)
-    return (answer[0], residual) if residual <= OF_SOLVER[solver] else None
+    x, y = answer
+    g = problem.gradient(x)
+    residual = kkt_residual(x, g, y, problem.A, problem.b, problem.lb, problem.ub)
+    return (x, residual) if residual <= OF_SOLVER[solver] else None
 
 
-Answer = tuple[np.ndarray, np.ndarray] | None
-
-
-def _ask_daqp(problem: ScaledProblem) -> Answer:
-    """x and the multipliers of its rows.
-
-    Asked itself: through qpsolvers a Ctrl-C can end within ctypes, which swallow it.
-    """
+def _ask_daqp(problem: qpsolvers.Problem) -> Answer:
+    """Asked itself: through qpsolvers a Ctrl-C can end within ctypes, which swallow it."""
     n, m = problem.A.shape
     high, low = np.concatenate([problem.ub, problem.b]), np.full(m + n, -UNBOUNDED)
     low[:m] = problem.lb
@@ -122,7 +110,7 @@ def _ask_daqp(problem: ScaledProblem) -> Answer:
     return (x, info["lam"][m:]) if found > 0 else None
 
 
-def _ask_osqp(problem: ScaledProblem) -> Answer:
+def _ask_osqp(problem: qpsolvers.Problem) -> Answer:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what it gives up on is judged by its residual

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,10 @@ ROUNDING = 1e-12
 NOISE = 1e-12
 # Rounding of a demand [N m or N] where nothing acts, and over the largest demand.
 NOTHING, OF_LARGEST = 1e-12, 2.0**-50
+
+
+# The unknowns (m,) and the multipliers of the rows (n,), if there is a solution.
+Answer = tuple[np.ndarray, np.ndarray] | None
 
 
 class Recruitment(NamedTuple):
@@ -35,6 +40,8 @@ class Recruitment(NamedTuple):
 class ScaledProblem(qpsolvers.Problem):
     """min x^2/2 subject to A x = b and bounds, with the rows of A scaled by what their actuators
     can do, or would do at their normalising forces if that is less.
+
+    Of another cost its `gradient` and how it is `solved` are another one's.
 
     `scale` (n,) are the rows' lengths before. Coordinates that actuators cross by no more than
     rounding have none, and rows of zeros; `unreachable` tells that one of these is asked for a
@@ -59,6 +66,14 @@ class ScaledProblem(qpsolvers.Problem):
         self._given, self._size = (r, Q_m, F_min, F_max, N), size
         self._idle, self._nothing = idle, nothing
         super().__init__(np.eye(low.size), np.zeros(low.size), A=A, b=b, lb=low, ub=high)
+
+    def gradient(self, x: np.ndarray) -> np.ndarray:
+        """How the cost grows with every unknown (m,)."""
+        return x
+
+    def solved(self, ask: Callable[[qpsolvers.Problem], Answer]) -> Answer:
+        """The solution, of a solver that can be asked for that of any quadratic program."""
+        return ask(self)
 
     def without_noise(self) -> np.ndarray:
         """A (n, m) with zeros in place of arms that are rounding."""

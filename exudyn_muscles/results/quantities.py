@@ -1,8 +1,8 @@
 """The arrays of a trajectory, each declared once: what stores, reads, compares, tabulates and
 documents them reads this table.
 
-A new quantity is a row here, a field of `Trajectory`, and what the recorder supplies for it. It
-raises `storing.FORMAT_VERSION`; `since` is then the version of the first files that have it.
+A new quantity is a row here, a field of `Trajectory`, and what the recorder supplies for it. Its
+`since` is the version of the first files that have it, the next one after `storing.FORMAT_VERSION`.
 """
 
 from __future__ import annotations

@@ -58,8 +58,12 @@ class Row(NamedTuple):
 class Recorder:
     """Collects a run's accepted rows; the only place where they wait until it ends.
 
+    Its CPU time counts from when it is made until `stop`. Only its own methods change it.
+
     Attributes
     ----------
+    status, message
+        How the run has ended, as far as is known.
     start : tuple of float and two ndarray
         Time at which the first window begins, reserves (r,) and unmet torque (n,) there.
     """
@@ -74,7 +78,7 @@ class Recorder:
     ) -> None:
         self.status = Status.INCOMPLETE
         self.message = ""
-        self.begun = process_time()
+        self._begun = process_time()
         self._ended: float | None = None
         self.start = 0.0, np.zeros(len(model.reserves)), np.zeros(len(model.coordinates))
         self._method, self._model, self._settings, self._counts = method, model, settings, counts
@@ -92,13 +96,25 @@ class Recorder:
         windows = (row.window.unmet for row in self._rows if row.window is not None)
         return any(unmet.any() for unmet in (self.start[2], *windows))
 
+    def begin(self, t: float, reserve: np.ndarray, unmet: np.ndarray) -> None:
+        """The first window begins at `t`, with these reserves (r,) and unmet torques (n,)."""
+        self.start = t, reserve, unmet
+
     def add(self, row: Row) -> None:
         """An accepted time, all of it at once, so that an interrupt cannot tear it."""
         self._rows.append(row)
 
+    def complete(self) -> None:
+        """The run has reached its end."""
+        self.status = Status.COMPLETE
+
+    def note(self, why: str) -> None:
+        """The run ended before its end."""
+        self.message = why
+
     def fail(self, error: BaseException, where: str) -> None:
         """Note why the run ended; the error carries what was found up to then as `trajectory`."""
-        self.message = f"{type(error).__name__} {where}: {error}"
+        self.note(f"{type(error).__name__} {where}: {error}")
         if self._rows:
             vars(error)["trajectory"] = trajectory = self.trajectory()
             if self.fell_short:
@@ -148,7 +164,7 @@ class Recorder:
             status=self.status,
             message=self.message,
             counts=dataclasses.replace(self._counts),
-            cpu_time=ended - self.begun,
+            cpu_time=ended - self._begun,
             settings=plain(self._settings),
             versions=dict(versions()),
         )  # fmt: skip

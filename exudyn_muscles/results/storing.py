@@ -17,20 +17,13 @@ from .counts import Counts, Status
 from .quantities import NAMES_OF, QUANTITIES
 
 FORMAT = "exudyn_muscles.Trajectory"
-FORMAT_VERSION = 4
 # Three minutes of 20 coordinates and 100 muscles in steps of 1 ms; those of the tests have 1 MB.
 LARGEST = 1e9  # bytes
 UNITS = {"rad", "m"}
 
 
 def write_fields(file: str | Path, fields: Mapping[str, Any]) -> None:
-    """Write arrays as such, and all other fields of a trajectory as a header.
-
-    Raises
-    ------
-    OSError
-        As `write_file`.
-    """
+    """`write_file` for a trajectory's arrays as such, and all its other fields as a header."""
     arrays = {name: value for name, value in fields.items() if isinstance(value, np.ndarray)}
     rest = {name: value for name, value in fields.items() if name not in arrays}
     rest |= {"status": fields["status"].name, "counts": asdict(fields["counts"])}
@@ -151,3 +144,4 @@ KINDS: dict[str, Callable[[Any], bool]] = {
 ADDED: dict[str, tuple[int, list]] = {
     "coordinate_units": (2, ["rad"]), "saturated": (3, [[]]), "system_names": (4, []),
 }  # fmt: skip
+FORMAT_VERSION = max(*(one.since for one in QUANTITIES), *(first for first, _ in ADDED.values()))

@@ -15,8 +15,9 @@ def warn_of_early_end(record: Recorder, solver: exu.MainSolverImplicitSecondOrde
     why = "a user function" if solver.output.simulationStoppedByUserFunction else "the user"
     if solver.output.simulationTimeout:
         why = "exudyn.special.solver.timeout"
-    record.message = f"stopped by {why} at t = {record.reached:g} s before {solver.it.endTime:g} s"
-    warn(record.message, IncompleteRunWarning)
+    text = f"stopped by {why} at t = {record.reached:g} s before {solver.it.endTime:g} s"
+    record.note(text)
+    warn(text, IncompleteRunWarning)
 
 
 def warn_of_unmet_torque(record: Recorder) -> None:

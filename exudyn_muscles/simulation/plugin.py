@@ -15,7 +15,6 @@ evaluation starts from the committed state, so that rejected steps leave no trac
 from __future__ import annotations
 
 import math
-import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -173,12 +172,11 @@ class Plugin(ABC):
     @contextmanager
     def attached_to(self, held: Hold) -> Iterator[Plugin]:
         """`attached` for who already holds the `mbs`."""
-        begun, mbs, skeleton = time.process_time(), self.model.mbs, self.skeleton
+        state, mbs, skeleton = self.new_state(), self.model.mbs, self.skeleton
+        record = state.record
         skeleton.open(held, self.near)
         hooks = Hooks(mbs)
-        self.state = state = self.new_state()
-        record = state.record
-        record.begun = begun
+        self.state = state
         try:
             # What another run has left there must not be taken for this run's solver.
             held.keep(partial(put_back_solver, mbs, mbs.sys.get("dynamicSolver")))
@@ -308,7 +306,7 @@ class Plugin(ABC):
         state.counts.steps += 1
         end = running_solver(mbs).it.endTime
         if t >= end - 1e-9 * max(1.0, abs(end)):
-            state.record.status = Status.COMPLETE
+            state.record.complete()
         if self._progress is not None:
             self._progress(t)
         return True

@@ -26,26 +26,8 @@ def aimed(
     size: tuple[int, int],
     directions: np.ndarray,
 ) -> Iterator[None]:
-    """Fit the camera to a whole motion; the user's settings and view are back afterwards."""
-    settings, renderer = container.visualizationSettings, container.renderer
-    settings_before, view_before = settings.GetDictionary(), renderer.GetState()
-    try:
-        _fit_camera(settings, scene, trajectory, size, directions)
-        renderer.ResetState()
-        yield
-    finally:
-        settings.SetDictionary(settings_before)
-        renderer.SetState(view_before)
-
-
-def _fit_camera(
-    settings: exu.VisualizationSettings,
-    scene: Scene,
-    trajectory: Trajectory,
-    size: tuple[int, int],
-    directions: np.ndarray,
-) -> None:
-    """Aim at the middle of all points of a trajectory's poses, as near as they all fit in."""
+    """Aim at the middle of all points of a trajectory's poses, as near as they all fit in; settings
+    and view are the user's again afterwards."""
     rows = np.unique(np.linspace(0, len(trajectory.time) - 1, POSES).astype(int))
     initial, _ = scene.model.skeleton.initial_arrays()
     points = scene.points(poses(scene.model, trajectory, initial)[rows])
@@ -58,10 +40,18 @@ def _fit_camera(
     zoom = 0.5 * max(high[1] - low[1], (high[0] - low[0]) / shape) / (1.0 - 2.0 * MARGIN)
     center = 0.5 * (low + high)
     center[0] += zoom * width / height * LEGEND_WIDTH
-    settings.general.autoFitScene = False
-    camera = settings.openGL.advanced
-    camera.initialZoom = zoom
-    camera.initialCenterPoint = center.tolist()
-    camera.initialModelRotation = directions.T.tolist()
-    camera.initialMaxSceneSize = 4.0 * max(zoom, float(np.abs(points).max()))
-    settings.view0.window.renderWindowSize = list(size)
+    settings, renderer = container.visualizationSettings, container.renderer
+    settings_before, view_before = settings.GetDictionary(), renderer.GetState()
+    try:
+        settings.general.autoFitScene = False
+        camera = settings.openGL.advanced
+        camera.initialZoom = zoom
+        camera.initialCenterPoint = center.tolist()
+        camera.initialModelRotation = directions.T.tolist()
+        camera.initialMaxSceneSize = 4.0 * max(zoom, float(np.abs(points).max()))
+        settings.view0.window.renderWindowSize = list(size)
+        renderer.ResetState()
+        yield
+    finally:
+        settings.SetDictionary(settings_before)
+        renderer.SetState(view_before)

@@ -13,6 +13,7 @@ import exudyn_muscles as em
 from exudyn_muscles.methods.css import css_growth, css_limit
 from models import pendulum, planar_arm
 
+from ..differences import gradient
 from ..runs import KP, plugin_run, rms_deg
 from ..runs import settings as run_settings
 
@@ -188,26 +189,58 @@ def test_out_of_reach_the_run_goes_on_and_says_so(model):
     assert full[short].all()
 
 
-def test_a_saturated_newton_matrix_leaves_the_recruitment_alone(model):
-    """Differences recruit at other states; what is recorded is the accepted one's."""
+def watch_saturated(model, look):
+    """A run beyond the muscles' reach; `look` gets the plugin, its state, the factors and the rows
+    of every saturated Newton matrix."""
     violent = em.Motion.from_waypoints(
         np.array([0, 1 / 3, 2 / 3, 1]) * 0.5, np.radians([180.0, 120.0, 240.0, 180.0])
     )
     plugin = em.CosimulationPlugin(model, violent, em.CosimulationSettings(kp=KP))
-    seen = []
-    saturated = plugin._scheme._slopes
+    jacobian = plugin._scheme.jacobian
 
-    def watched(state, *arguments):
+    def watched(state, exact, *factors):
         before = state.recruited
-        found = saturated(state, *arguments)
-        seen.append(state.recruited is before)
+        found = jacobian(state, exact, *factors)
+        assert state.recruited is before
+        if before is not None and before.recruitment.unmet.any():
+            look(plugin, state, factors, found)
         return found
 
-    plugin._scheme._slopes = watched
+    plugin._scheme.jacobian = watched
     model.skeleton.set_initial_state(*violent(0.0)[:2])
     with pytest.warns(em.UnmetTorqueWarning):
         plugin_run(model, plugin, run_settings(end=0.5))
-    assert len(seen) > 5 and all(seen)
+
+
+def test_a_saturated_newton_matrix_leaves_the_recruitment_alone(model):
+    """Differences recruit at other states; what is recorded is the accepted one's."""
+    seen = []
+    watch_saturated(model, lambda *of: seen.append(of))
+    assert len(seen) > 5
+
+
+def test_a_saturated_newton_matrix_is_the_slope_of_the_residual(model):
+    """Towards q and q' alike, as which Exudyn's factors have them move."""
+    matrices = []
+
+    def look(plugin, state, factors, found):
+        skeleton, t = plugin.skeleton, model.mbs.systemData.GetTime()
+        q, v, a = (x.copy() for x in (skeleton.q, skeleton.v, skeleton.acceleration))
+
+        def residual(q, v):
+            there = skeleton.dynamics_at(q, v, t)
+            served = plugin._scheme.serve(state, state.tracking.demand(t, there), there)
+            return there.M @ a + there.bias - served.recruitment.torque
+
+        mass, dq, dv = factors
+        by_q = -dq * gradient(lambda x: residual(x, v), q, 1e-6)
+        by_v = -dv * gradient(lambda x: residual(q, x), v, 1e-4)
+        matrices.append(np.array([found, mass * state.here.M, by_q, by_v])[:, 0, 0])
+
+    watch_saturated(model, look)
+    found, *parts = np.array(matrices).T
+    np.testing.assert_allclose(found, sum(parts), rtol=1e-6)
+    assert (np.abs(parts[1:]) > 1e-3 * found).all()
 
 
 def test_out_of_reach_can_be_an_error(model):

@@ -8,7 +8,10 @@ import pytest
 from exudyn.utilities import NodeGenericODE1, ObjectGenericODE1
 
 import exudyn_muscles as em
-from models import pendulum
+from models import pendulum, planar_arm
+
+from ..differences import gradient
+from ..runs import plugin_run, settings
 
 
 def ode1_reference(model, excitations, steps, end):
@@ -219,3 +222,50 @@ def test_a_muscle_may_be_slack_at_the_start():
     assert slack
     replay = em.forward_dynamics(model, csf.excitations)
     assert replay.status is em.Status.COMPLETE
+
+
+def test_newtons_matrix_has_the_slopes_of_the_muscles_torques():
+    """Towards q and q' alike; exactly, as the moment arms are constant here."""
+    tree = planar_arm.build()
+    paths = [{"shoulder": -0.03, "elbow": -0.02}, {"shoulder": 0.04}, {"elbow": 0.03}]
+    size = {"max_isometric_force": 800, "optimal_fiber_length": 0.1, "tendon_slack_length": 0.2}
+    muscles = [
+        em.Muscle(
+            f"muscle {k}",
+            **size,
+            path=em.FunctionPath([(0.29, {}), *((r, {name: 1}) for name, r in arms.items())]),
+        )
+        for k, arms in enumerate(paths)
+    ]
+    model = em.MusculoskeletalModel(
+        tree.mbs, tree.skeleton.object, muscles, coordinates=["shoulder", "elbow"]
+    )
+    plugin = em.ForwardPlugin(model, em.Excitations([0.0, 0.1], [[0.8, 0.3, 0.5]]))
+    jacobian, skeleton = plugin.jacobian, model.skeleton
+    matrices = []
+
+    def watched(exact, mass, dq, dv):
+        found, t = jacobian(exact, mass, dq, dv), model.mbs.systemData.GetTime()
+
+        def slopes(state, step):
+            before = state.copy()
+
+            def torque(x):
+                state[:] = x
+                return plugin.torque(t, False).copy()
+
+            found = gradient(torque, before, step)
+            torque(before)
+            return found
+
+        by_q, by_v = dq * slopes(skeleton.q, 1e-6), dv * slopes(skeleton.v, 1e-4)
+        matrices.append((found - exact, by_q, by_v))
+        return found
+
+    plugin.jacobian = watched
+    plugin_run(model, plugin, settings(0.01, 0.1))
+    found, by_q, by_v = map(np.array, zip(*matrices, strict=True))
+    assert len(found) >= 10
+    np.testing.assert_allclose(found, by_q + by_v, rtol=0, atol=1e-8 * np.abs(found).max())
+    for part in (by_q, by_v):
+        assert np.abs(part).max() > 0.01 * np.abs(found).max()

@@ -10,8 +10,8 @@ import exudyn_muscles as em
 from exudyn_muscles.cli import main
 from models import leg, pendulum, planar_arm
 
+from ..opensim.test_setup import FLEXOR, TIMES, motion
 from ..opensim_files import JOINT, LOCKED, coordinates, write_model
-from ..test_opensim_setup import FLEXOR, TIMES, motion
 
 T = np.linspace(0.0, 2.0, 401)
 PHASE = 2.0 * np.pi * T

@@ -85,14 +85,20 @@ def test_bad_spline(x, y):
 def test_function_path():
     curve = em.simm_spline([-1.0, -0.2, 0.5, 1.0], [0.1, 0.12, 0.09, 0.11])
     path = em.FunctionPath(
-        [(0.3, {}), (-0.02, {"hip": 1}), (0.01, {"hip": 1, "knee": 2}), (2.0, {2: curve, "hip": 3})]
+        [
+            (0.3, {}),
+            (0.05, {"ankle": 0}),
+            (-0.02, {"hip": 1}),
+            (0.01, {"hip": 1, "knee": 2}),
+            (2.0, {2: curve, "hip": 3}),
+        ]  # fmt: skip
     )
     line = muscle([em.PathPoint([0, 0, 0]), em.PathPoint([1, 0, 0])], name="line")
     muscles = Muscles(chain(np.random.default_rng(0), 3), muscle(path), line, names=NAMES)
     rng = np.random.default_rng(0)
     for q in [*rng.uniform(-1.0, 1.0, (20, 3)), np.zeros(3)]:
         hip, knee, ankle = q
-        expected = 0.3 - 0.02 * hip + 0.01 * hip * knee**2 + 2.0 * float(curve(ankle)) * hip**3
+        expected = 0.35 - 0.02 * hip + 0.01 * hip * knee**2 + 2.0 * float(curve(ankle)) * hip**3
         l, l_t, r, _ = muscles.geometry(q, np.array([1.0, 2.0, 3.0]))
         assert l[0] == pytest.approx(expected, rel=1e-14)
         slopes = gradient(muscles.lengths, q, 1e-4)

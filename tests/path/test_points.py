@@ -61,3 +61,33 @@ def test_paths_as_arrays():
 def test_bad_path_names_the_muscle(path, message):
     with pytest.raises(em.ParameterError, match=message):
         paths_of(em.MuscleSet([em.Muscle("soleus", **PARAMETERS, path=path)]), 2)
+
+
+def test_coordinates_of_moving_points_are_kept_as_floats():
+    point = em.MovingPathPoint(1, np.float32(0.5), 0, coordinate=0)
+    assert [type(x) for x in (point.x, point.y, point.z)] == [float] * 3
+
+
+def test_which_paths_cross_a_joint():
+    """By points on several links, by surfaces, and by what moves with a coordinate."""
+    ends = [em.PathPoint([0, 0, 0]), em.PathPoint([1, 0, 0])]
+    curve = em.simm_spline([0.0, 1.0], [0.0, 0.1])
+    moving = em.MovingPathPoint(curve, 0.0, 0.0, coordinate=0)
+    cases = [
+        (ends, [], False),
+        ([ends[0], em.PathPoint([1, 0, 0], link=0)], [], True),
+        ([em.PathPoint(x, link=0) for x in np.eye(3)[:2]], [], False),
+        (ends, [em.WrapSphere(0.1, link=0)], True),
+        (ends, [em.WrapSphere(0.1)], False),
+        ([ends[0], moving, ends[1]], [], True),
+        (em.FunctionPath([(0.3, {})]), [], False),
+        (em.FunctionPath([(0.3, {}), (0.1, {0: 1})]), [], True),
+        (ends, [], False),
+    ]
+    muscles = [
+        em.Muscle(f"muscle {i}", **PARAMETERS, path=path, wraps=wraps)
+        for i, (path, wraps, _) in enumerate(cases)
+    ]
+    paths = paths_of(muscles, 1)
+    found = [paths.crosses_a_joint(i) for i in range(len(cases))]
+    assert found == [crosses for *_, crosses in cases]

@@ -189,6 +189,30 @@ def test_side(kind, side):
         assert muscles.lengths([0.0])[0] == pytest.approx(2.0 * tangent + 0.02 * turn, abs=1e-10)
 
 
+@pytest.mark.parametrize("kind", ["cylinder", "sphere"])
+def test_the_side_is_the_one_on_which_the_line_passes_the_center(kind):
+    """Whichever sides its ends are on; in a plane through the center, where all is circles."""
+    rng = np.random.default_rng(4)
+    unlike = 0
+    for _ in range(40):
+        foot, angle = rng.uniform(0.004, 0.016), rng.uniform(0.0, 2.0 * np.pi)
+        normal = np.array([np.cos(angle), np.sin(angle), 0.0])
+        along = np.array([-normal[1], normal[0], 0.0])
+        P, Q = (
+            foot * normal + s * along for s in (-rng.uniform(0.03, 0.1), rng.uniform(0.03, 0.1))
+        )
+        p, q = np.linalg.norm(P), np.linalg.norm(Q)
+        between = np.arccos(P @ Q / (p * q))
+        for side, sign in (("x", 1.0), ("-x", -1.0)):
+            angle = between if sign * normal[0] > 0.0 else 2.0 * np.pi - between
+            arc = 0.02 * (angle - np.arccos(0.02 / p) - np.arccos(0.02 / q))
+            expected = np.sqrt(p**2 - 0.02**2) + arc + np.sqrt(q**2 - 0.02**2)
+            found = straight_over(dataclasses.replace(SURFACES[kind], side=side), P, Q)
+            assert found == pytest.approx(expected, rel=1e-12)
+        unlike += P[0] * Q[0] < 0.0
+    assert unlike > 10
+
+
 def test_cylinder_goes_on_around_where_the_line_misses_it():
     """A line beside the cylinder on the wrong side is taken around it; a sphere lets it go."""
     ends = [0.03, -0.05, 0.0], [0.03, 0.05, 0.0]
@@ -308,6 +332,36 @@ def test_two_surfaces_in_one_segment():
     turn = np.pi / 2 - np.arccos(0.02 / distance) + np.arctan2(0.02, 0.1)
     expected = 2.0 * (np.sqrt(distance**2 - 0.02**2) + 0.02 * turn) + 0.1
     assert length == pytest.approx(expected, abs=1e-13)
+
+
+def test_several_muscles_are_as_each_alone():
+    """Each over surfaces and to sides of its own."""
+    belt = [em.PathPoint([-0.15, -0.01, 0.0]), em.PathPoint([0.15, -0.01, 0.0], link=0)]
+    wheels = [[-0.05, 0.0, 0.0], [0.05, 0.0, 0.0]]
+
+    def over(*sides):
+        return [
+            em.WrapCylinder(0.02, position=x, side=side)
+            for x, side in zip(wheels, sides, strict=True)
+        ]
+
+    each = [
+        muscle(belt, [em.WrapSphere(0.03, side="y")]),
+        muscle(belt, over("y", "-y")),
+        muscle(belt, over("-y", "y")),
+        muscle(belt, [em.WrapSphere(0.025, side="-y"), *over("y", "y")]),
+        muscle(belt),
+        muscle(belt, over("-y", "-y")),
+    ]
+    q = np.array([0.01])
+    muscles = Muscles(slider(), *each)
+    together = muscles.geometry(q, q)
+    for i, one in enumerate(each):
+        alone = Muscles(slider(), one)
+        for several, single in zip(together[:3], alone.geometry(q, q)[:3], strict=True):
+            np.testing.assert_array_equal(several[i], single[0])
+        np.testing.assert_array_equal(muscles.points(q)[i], alone.points(q)[0])
+    assert np.diff(np.sort(together.length)).min() > 1e-4
 
 
 @KINDS

@@ -1,6 +1,8 @@
 """A criterion of one's own: its problem is solved and certified as the paper's is."""
 
+from copy import copy
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -38,6 +40,35 @@ def test_in_a_run():
     )
     assert spared.force_optimal[:, 0].sum() < plain.force_optimal[:, 0].sum()
     np.testing.assert_allclose(spared.torques_delivered, plain.torques_delivered, atol=1e-9)
+
+
+class Near(ScaledProblem):
+    """min |x - 1/2|^2/2: forces near half of their normalising ones."""
+
+    def gradient(self, x):
+        return x - 0.5
+
+    def solved(self, ask):
+        program = copy(self)
+        program.q = np.full(self.lb.size, -0.5)
+        return ask(program)
+
+
+@pytest.mark.parametrize("solver", em.Solver)
+def test_another_cost_is_certified_by_its_own_gradient(solver):
+    """Both carry the half of their normalising forces and the same share of what is left."""
+    r, high = np.array([[0.05], [0.05]]), np.array([1000.0, 1000.0])
+    criterion = SimpleNamespace(problem=Near)
+    found = Recruiter(solver, criterion=criterion).solve(
+        r, np.array([60.0]), np.zeros(2), high, high
+    )
+    np.testing.assert_allclose(found.force, 600.0, rtol=1e-7)
+    assert found.residual < 1e-7
+    opposed = np.array([[0.05], [-0.05]])
+    found = Recruiter(solver, criterion=criterion).solve(
+        opposed, np.array([10.0]), np.zeros(2), high, high
+    )
+    np.testing.assert_allclose(found.force, [600.0, 400.0], rtol=1e-7)
 
 
 def test_something_else_is_an_error():

@@ -150,13 +150,13 @@ def solved(case):
 def test_residual_of_a_solution_is_zero():
     for name in ("redundant", "two coordinates", "three coordinates", "all at upper bounds"):
         x, y, rest = solved(ZOO[name])
-        assert kkt_residual(x, y, *rest) < 1e-12
+        assert kkt_residual(x, x, y, *rest) < 1e-12
 
 
 def test_residual_sees_a_wrong_torque():
     x, y, (A, b, low, high) = solved(ZOO["two coordinates"])
     wrong = b + np.array([0.0, 1e-3])
-    assert kkt_residual(x, y, A, wrong, low, high) == pytest.approx(1e-3, rel=1e-6)
+    assert kkt_residual(x, x, y, A, wrong, low, high) == pytest.approx(1e-3, rel=1e-6)
 
 
 def test_residual_sees_a_feasible_point_that_is_not_optimal():
@@ -168,24 +168,25 @@ def test_residual_sees_a_feasible_point_that_is_not_optimal():
     other[free] += 1e-4 * kernel
     assert (other >= low - 1e-12).all()
     assert (other <= high + 1e-12).all()
-    assert kkt_residual(other, y, A, b, low, high) == pytest.approx(
+    assert kkt_residual(other, other, y, A, b, low, high) == pytest.approx(
         1e-4 * abs(kernel).max(), rel=1e-6
     )
 
 
 def test_residual_sees_wrong_multipliers_and_bounds():
     x, y, (A, b, low, high) = solved(ZOO["redundant"])
-    assert kkt_residual(x, 1.1 * y, A, b, low, high) > 1e-3
-    assert kkt_residual(x, y, A, b, low, np.minimum(high, x.max() - 0.01)) > 5e-3
+    assert kkt_residual(x, x, 1.1 * y, A, b, low, high) > 1e-3
+    assert kkt_residual(x, x, y, A, b, low, np.minimum(high, x.max() - 0.01)) > 5e-3
 
 
 @pytest.mark.parametrize("position", range(6))
 def test_residual_sees_nan(position):
     x, y, rest = solved(ZOO["two coordinates"])
-    assert np.isnan(kkt_residual(np.where(np.arange(6) == position, np.nan, x), y, *rest))
+    unknown = np.where(np.arange(6) == position, np.nan, x)
+    assert np.isnan(kkt_residual(unknown, unknown, y, *rest))
     for j in range(2):
         wrong = np.where(np.arange(2) == j, np.nan, y)
-        assert np.isnan(kkt_residual(x, wrong, *rest))
+        assert np.isnan(kkt_residual(x, x, wrong, *rest))
 
 
 @pytest.mark.parametrize("wrong", ["nan", "far", "nothing", "rough"])

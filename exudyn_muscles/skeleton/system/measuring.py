@@ -7,7 +7,9 @@ import math
 import numpy as np
 
 from ...numerics.kernel import kernel
-from .frames import ROTATION, VELOCITY
+from .frames import ROTATION, VELOCITY, advance, rigid_frames
+
+TURN = 2.0 * math.pi
 
 # Kinds of tracked quantities.
 ANGLE, SLOPE, DISPLACEMENT, COORDINATE, FUNCTION = range(5)
@@ -123,3 +125,36 @@ def _cross(a, b, c):
     c[0] = a[1] * b[2] - a[2] * b[1]
     c[1] = a[2] * b[0] - a[0] * b[2]
     c[2] = a[0] * b[1] - a[1] * b[0]
+
+
+@kernel(allocates=True)
+def measure_pose(table, kinds, starts, indices, reference, x, near, R, p, J, z, T):
+    """Write all frames but those of markers, and `measure` there at coordinates `x` (N,).
+
+    Angles are as many turns on that they are next to `near` (n,).
+    """
+    rigid_frames(kinds, starts, indices, reference, x, R, p, J)
+    measure(table, starts, indices, R, p, J, x, z, T)
+    for k in range(z.size):
+        if table[k, KIND] == ANGLE or table[k, KIND] == SLOPE:
+            z[k] += TURN * round((near[k] - z[k]) / TURN)
+
+
+@kernel(allocates=True)
+def rate_along(table, kinds, starts, indices, reference, vectors, x, x_t, e, R, p, J, rate):
+    """Write T' x' (n,) at `x`, `x_t` (N,), by central differences over times of e [s].
+
+    Of what depends on rigid frames alone; R, p, J are those at `x`.
+    """
+    n = rate.size
+    there, turned, moved, rows = x.copy(), R.copy(), p.copy(), J.copy()
+    z, T = np.empty(n), np.empty((n, x.size))
+    rate[:] = 0.0
+    for side in (e, -e):
+        there[:] = x
+        advance(vectors, reference, there, side * x_t)
+        rigid_frames(kinds, starts, indices, reference, there, turned, moved, rows)
+        measure(table, starts, indices, turned, moved, rows, there, z, T)
+        for k in range(n):
+            for j in range(x.size):
+                rate[k] += T[k, j] * x_t[j] / (2.0 * side)

@@ -18,17 +18,21 @@ z'' it has the least M-norm, so that poses for given z are found along it as wel
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import exudyn as exu
 import numpy as np
 from scipy.linalg.lapack import dgesv
 
 from ...errors import ModelError
 from ..opened import Dynamics, State
-from .frames import Frames, advance, rigid_frames
+from .frame_list import FrameList
+from .frames import Frames, advance
 from .geometry import Pose
-from .items import FrameList, TrackedRows
-from .measuring import ANGLE, KIND, SLOPE, measure
+from .measuring import measure_pose, rate_along
 from .singular import check_mobility, explain_singular
+from .tracked_rows import TrackedRows
 
 # Largest displacement for central differences along the motion [m or rad]: what is cut off and what
 # is rounded are both 1e-10 of the accelerations.
@@ -37,7 +41,6 @@ FASTEST = 10.0  # m/s or rad/s; slower systems move less
 CLOSE = 1e-12  # m or rad, of poses; Newton's method squares it once more
 MOST_ITERATIONS = 50
 FARTHEST = 0.5  # rad or m, of one iteration towards a pose
-TURN = 2.0 * np.pi
 
 
 class OpenedSystem:
@@ -85,7 +88,7 @@ class OpenedSystem:
         self._tables, self._R, self._p = frames.tables()
         self._markers, self._tracked = frames.markers, tracked
         self._vectors = _rotation_vectors(mbs)
-        self._angles = np.isin(tracked.table[:, KIND], (ANGLE, SLOPE))
+        self._rigid = not (frames.markers or tracked.functions)  # frames are those of bodies alone
         self._turns = np.zeros(len(names))
         self._object, self._order = forces
         self._load = np.zeros(n)
@@ -97,21 +100,19 @@ class OpenedSystem:
 
     def pose(self) -> Pose:
         """At the current state, angles near those of the last pose."""
-        pose = self._measured(self._turns)
+        pose = self._pose(self._turns)
         self._turns[:] = pose.z
         return pose
 
-    def _measured(self, near: np.ndarray) -> Pose:
+    def _pose(self, near: np.ndarray) -> Pose:
         x, tables, n = self.state.q, self._tables, len(self._names)
         R, p, J = self._R.copy(), self._p.copy(), np.empty((tables.indices.size, 6))
-        rigid_frames(*tables, x, R, p, J)
         for k, marker, turns in self._markers:
             self._read_marker(k, marker, turns, R, p, J)
-        z, T = np.empty(n), np.zeros((n, x.size))
-        measure(self._tracked.table, tables.starts, tables.indices, R, p, J, x, z, T)
+        z, T = np.empty(n), np.empty((n, x.size))
+        measure_pose(self._tracked.table, *tables, x, near, R, p, J, z, T)
         for k, function in self._tracked.functions.items():
             z[k], T[k] = function.value(self._mbs), function.rate(self._mbs)
-        z[self._angles] += TURN * np.round((near - z)[self._angles] / TURN)
         return Pose(x.copy(), self.state.v.copy(), tables, Frames(R, p, J), z, T)
 
     def _read_marker(
@@ -128,45 +129,71 @@ class OpenedSystem:
             own[:, 3:] = np.asarray(item(marker, exu.ComputeItemType.RotationJacobian)).T
 
     def rate(self, pose: Pose) -> np.ndarray:
-        """T' x' (n,) there."""
-        return self._along(pose)[1]
-
-    def _along(self, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
-        """gamma, the accelerations that the constraints ask for, and T' x'; by central differences
-        along the motion."""
-        x, speeds, t = self.state.q, pose.x_t, self._data.GetTime()
-        e = DISPLACEMENT / max(FASTEST, np.abs(speeds).max())
-        found = []
+        """T' x' (n,) there, by central differences along the motion."""
+        e, rate = _short_time(pose.x_t), np.zeros(len(self._names))
+        if self._rigid:
+            rate_along(
+                self._tracked.table, *self._tables, self._vectors, pose.x, pose.x_t, e,
+                *pose.frames, rate,
+            )  # fmt: skip
+            return rate
         for side in (e, -e):
-            advance(self._vectors, self._tables.reference, x, side * speeds)
-            self._data.SetTime(t + side)
-            T = self._measured(pose.z).T
-            found.append((self.equations(velocity=True), T @ speeds))
+            with self._moved(pose, side):
+                rate += self._pose(pose.z).T @ pose.x_t / (2.0 * side)
+        return rate
+
+    def _demanded(self, pose: Pose) -> np.ndarray:
+        """gamma, the accelerations that the constraints ask for, in the same way."""
+        e, gamma = _short_time(pose.x_t), 0.0
+        for side in (e, -e):
+            with self._moved(pose, side):
+                gamma = gamma - self._equations(velocity=True) / (2.0 * side)
+        return np.asarray(gamma)
+
+    @contextmanager
+    def _moved(self, pose: Pose, time: float) -> Iterator[None]:
+        """Be a short time [s] further on along the motion."""
+        x, t = self.state.q, self._data.GetTime()
+        try:
+            advance(self._vectors, self._tables.reference, x, time * pose.x_t)
+            self._data.SetTime(t + time)
+            yield
+        finally:
             x[:] = pose.x
-        self._data.SetTime(t)
-        (ahead, rate_ahead), (behind, rate_behind) = found
-        return (behind - ahead) / (2.0 * e), (rate_ahead - rate_behind) / (2.0 * e)
+            self._data.SetTime(t)
 
     def equations(self, velocity: bool) -> np.ndarray:
-        """What the constraints lack, at position or velocity level, with all multipliers zero."""
-        kept = self._multipliers.copy()
-        self._multipliers[:] = 0.0
+        """What the constraints lack, at position or velocity level."""
+        with self._free():
+            return self._equations(velocity)
+
+    def _equations(self, velocity: bool) -> np.ndarray:
         self._solver.ComputeAlgebraicEquations(self._mbs, velocity)
-        self._multipliers[:] = kept
         return np.asarray(self._solver.GetSystemResidual())[self._algebraic]
+
+    @contextmanager
+    def _free(self) -> Iterator[None]:
+        """Be without constraint forces, which Exudyn takes for forces and for what is lacking."""
+        kept = self._multipliers.copy()
+        try:
+            self._multipliers[:] = 0.0
+            yield
+        finally:
+            self._multipliers[:] = kept
 
     # Dynamics.
 
-    def _matrix(self) -> np.ndarray:
-        """[[M, G^T], [G, D]] at the current state."""
+    def _matrix(self, stiffness: float = 0.0, damping: float = 0.0) -> np.ndarray:
+        """[[M, G^T], [G, D]] at the current state; M with so much of the forces' slopes over x and
+        x'."""
         solver, mbs, n = self._solver, self._mbs, self.state.q.size
-        solver.ComputeJacobianODE2RHS(mbs, 0.0, 0.0, 0.0)
+        solver.ComputeJacobianODE2RHS(mbs, stiffness, damping, 0.0)
         solver.ComputeJacobianAE(mbs, 1.0, 1.0, 0.0, False)  # rolling is of velocities alone
         K = np.asarray(solver.GetSystemJacobian())
         if K.shape[0] != self._kept.size:
             K = K[np.ix_(self._kept, self._kept)]
         solver.ComputeMassMatrix(mbs)
-        K[:n, :n] = solver.GetSystemMassMatrix()
+        K[:n, :n] += solver.GetSystemMassMatrix()
         K[:n, n:] = K[n:, :n].T
         return K
 
@@ -178,30 +205,28 @@ class OpenedSystem:
         return solution[: self.state.q.size]
 
     def _forces(self) -> np.ndarray:
-        """Q - H (N,) without the muscles' load and without constraint forces."""
-        kept = self._multipliers.copy()
-        self._multipliers[:] = 0.0
+        """Q - H (N,) without the muscles' load, where the system is `_free`."""
         self._solver.ComputeODE2RHS(self._mbs)
-        self._multipliers[:] = kept
         return np.asarray(self._solver.GetSystemResidual())[: self.state.q.size] - self._load
 
     def dynamics(self) -> Dynamics:
         """M_z and H_z - Q_z at the current state."""
         pose, n = self.pose(), self.state.q.size
         K = self._matrix()
-        gamma, rate = self._along(pose)
         right = np.zeros((K.shape[0], 1 + len(self._names)))
-        right[:n, 0], right[n:, 0], right[:n, 1:] = self._forces(), gamma, pose.T.T
+        with self._free():
+            right[:n, 0], right[n:, 0] = self._forces(), self._demanded(pose)
+        right[:n, 1:] = pose.T.T
         solved = self._solved(K, right)
-        mobility = pose.T @ solved[:, 1:]
-        M = _inverse(mobility)
-        bias = -M @ (pose.T @ solved[:, 0] + rate)
+        M = _inverse(pose.T @ solved[:, 1:])
+        bias = -M @ (pose.T @ solved[:, 0] + self.rate(pose))
         return Dynamics(M, bias, (pose.z, pose.T @ pose.x_t, pose, solved[:, 1:] @ M))
 
     def accelerations(self, load: np.ndarray) -> np.ndarray:
         """x'' (N,) at the current state under a further load (N,)."""
         K, pose, n = self._matrix(), self.pose(), self.state.q.size
-        right = np.append(self._forces() + load, self._along(pose)[0])
+        with self._free():
+            right = np.append(self._forces() + load, self._demanded(pose))
         return self._solved(K, right[:, None])[:n, 0]
 
     def check(self) -> None:
@@ -231,7 +256,7 @@ class OpenedSystem:
         state = self.state
         self._data.SetTime(t)
         for _ in range(MOST_ITERATIONS):
-            pose = self._measured(q)
+            pose = self._pose(q)
             lack, away = self.equations(velocity=False), q - pose.z
             step = self._towards(pose, lack, away)
             if np.abs(step).max() <= CLOSE * max(1.0, np.abs(pose.x).max()):
@@ -247,6 +272,29 @@ class OpenedSystem:
         self._turns[:] = q
         lack = self.equations(velocity=True)
         state.v[:] += self._towards(pose, lack, v - pose.T @ state.v)
+
+    def go_ahead(self, t: float) -> None:
+        """Put the system where the state at the start of the step leads with the load held.
+
+        By one linearly implicit step of the trapezoidal rule, which is of second order and lets
+        fast passive directions come to rest; extrapolated they would leave all bounds.
+        """
+        state = self.state
+        h = t - self._data.GetTime(exu.ConfigurationType.StartOfStep)
+        for array, values in zip(state.current, state.at_start, strict=True):
+            array[:] = values
+        K = self._matrix(-0.25 * h * h, -0.5 * h)
+        _, v_0, a_0 = state.at_start
+        advance(self._vectors, self._tables.reference, state.q, h * v_0 + 0.25 * h * h * a_0)
+        state.v[:] = v_0 + 0.5 * h * a_0
+        self._data.SetTime(t)
+        with self._free():
+            right = np.append(
+                self._forces() + self._load, -2.0 / h * self._equations(velocity=True)
+            )
+        a_1 = self._solved(K, right[:, None])[:, 0]
+        advance(self._vectors, self._tables.reference, state.q, 0.25 * h * h * a_1)
+        state.v[:] += 0.5 * h * a_1
 
     def _towards(self, pose: Pose, lack: np.ndarray, away: np.ndarray) -> np.ndarray:
         """The step (N,) of least M-norm that takes what is lacking off and z `away` (n,) on."""
@@ -274,8 +322,14 @@ class OpenedSystem:
         self.apply(np.zeros(self._load.size))
 
 
+def _short_time(speeds: np.ndarray) -> float:
+    """For differences along a motion [s]."""
+    return DISPLACEMENT / max(FASTEST, np.abs(speeds).max())
+
+
 def _inverse(matrix: np.ndarray) -> np.ndarray:
-    inverse = np.linalg.inv(matrix)
+    """Of a symmetric matrix."""
+    _, _, inverse, _ = dgesv(matrix, np.eye(len(matrix)))
     return 0.5 * (inverse + inverse.T)
 
 

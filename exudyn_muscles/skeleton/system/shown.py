@@ -7,11 +7,10 @@ import numpy as np
 from exudyn import graphics
 
 from ..shown import VISUALIZATION, Sticks, coordinates_shown
-from .frames import rigid_frames
-from .items import BODIES, FrameList, TrackedRows
-from .measuring import ANGLE, KIND, SLOPE, measure
+from .frame_list import BODIES, FrameList
+from .measuring import measure_pose
+from .tracked_rows import TrackedRows
 
-TURN = 2.0 * np.pi
 POSITION = exu.OutputVariableType.Position
 AUTOMATIC = np.array(graphics.color.defaultBody)
 
@@ -21,21 +20,17 @@ def frames_shown(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """R (f, 3, 3), p (f, 3) and z (n,); functions of the user's have the values of `near`, or
     their current ones."""
-    x, (tables, R, p) = coordinates_shown(mbs), frames.tables()
-    J = np.zeros((tables.indices.size, 6))
-    rigid_frames(*tables, x, R, p, J)
+    x, n, (tables, R, p) = coordinates_shown(mbs), len(tracked.units), frames.tables()
     for k, marker, turns in frames.markers:
         p[k] = mbs.GetMarkerOutput(marker, POSITION, VISUALIZATION)
         if turns:
             rotation = exu.OutputVariableType.RotationMatrix
             R[k] = np.reshape(mbs.GetMarkerOutput(marker, rotation, VISUALIZATION), (3, 3))
-    z, T = np.empty(len(tracked.units)), np.empty((len(tracked.units), x.size))
-    measure(tracked.table, tables.starts, tables.indices, R, p, J, x, z, T)
+    J, z, T = np.zeros((tables.indices.size, 6)), np.empty(n), np.empty((n, x.size))
+    turns_from = np.zeros(n) if near is None else near
+    measure_pose(tracked.table, *tables, x, turns_from, R, p, J, z, T)
     for k, function in tracked.functions.items():
         z[k] = function.value(mbs) if near is None else near[k]
-    if near is not None:
-        angles = np.isin(tracked.table[:, KIND], (ANGLE, SLOPE))
-        z[angles] += TURN * np.round((near - z)[angles] / TURN)
     return R, p, z
 
 

@@ -18,11 +18,13 @@ from ..opened import Dynamics
 from ..reading import check_assembled, original, raise_as_itself
 from ..shown import Sticks
 from .coordinates import Tracked
+from .frame_list import FrameList
 from .geometry import GeometryOnAll, Pose, compile_loads
-from .items import FrameList, force_object, tracked_rows
+from .load_object import force_object
 from .names import system_names
 from .opened import OpenedSystem
 from .shown import frames_shown, system_sticks
+from .tracked_rows import tracked_rows
 
 
 class GeneralSkeleton(ExudynSkeleton):
@@ -231,7 +233,7 @@ class GeneralSkeleton(ExudynSkeleton):
         before = state.snapshot()
         try:
             if ahead:
-                state.go_on_until(t)
+                self.now.go_ahead(t)
             self.go_to(q, v, t)
             return self.dynamics()
         finally:

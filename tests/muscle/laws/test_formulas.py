@@ -13,7 +13,7 @@ from exudyn_muscles.muscle.laws.de_groote_fregly_2016 import (
     DeGrooteFregly2016,
     DeGrooteFregly2016Published,
 )
-from exudyn_muscles.muscle.laws.millard_2012 import Millard2012
+from exudyn_muscles.muscle.laws.millard_2012 import Millard2012, bernstein
 from exudyn_muscles.muscle.laws.thelen_2003 import Thelen2003
 from exudyn_muscles.numerics.curves import COEFFICIENTS, END, ORIGIN
 
@@ -324,3 +324,17 @@ def test_numbers_are_kept_as_floats():
     law = DeGrooteFregly2016(passive_fiber_strain_at_one_norm_force=Fraction(3, 5))
     assert law == DeGrooteFregly2016()
     hash(law)
+
+
+def test_force_velocity_and_its_inverse_of_schutte():
+    curves = em.Schutte1993().make_curves(elastic=True)
+    v = np.linspace(-1.0, 1.0, 401)
+    np.testing.assert_allclose(
+        curves.inverse_force_velocity(curves.force_velocity(v)), v, rtol=0, atol=1e-12
+    )
+
+
+def test_the_slope_of_a_bezier_segment():
+    points, u = np.array([0.3, -1.0, 2.0, 0.5, 0.1, 4.0]), np.linspace(0.0, 1.0, 11)
+    value, slope = bernstein(points, u + 1e-30j)
+    np.testing.assert_allclose(slope.real, value.imag / 1e-30, rtol=1e-14)

@@ -6,8 +6,8 @@ import pytest
 import exudyn_muscles as em
 from exudyn_muscles.skeleton.dependent import Dependent
 
-from .differences import certified, difference, gradient
-from .path.chains import Muscles, chain, muscle
+from ..differences import certified, difference, gradient
+from ..path.chains import Muscles, chain, muscle
 
 NAMES = ("a", "b", "c", "d", "e", "f")
 SINE = em.Curve(np.sin, [-3.0, 3.0])

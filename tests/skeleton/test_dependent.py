@@ -16,9 +16,9 @@ from scipy.integrate import solve_ivp
 
 import exudyn_muscles as em
 
-from . import leg
-from .differences import difference, gradient
-from .runs import KP, TRAPEZOIDAL, csf, plugin_run, settings, start_at
+from .. import leg
+from ..differences import difference, gradient
+from ..runs import KP, TRAPEZOIDAL, csf, plugin_run, settings, start_at
 
 GENERALIZED_ALPHA = exu.DynamicSolverType.GeneralizedAlpha
 START = np.array([0.5, -0.6]), np.array([1.0, -2.0])
@@ -186,6 +186,21 @@ def test_free_motion(solver):
 def test_generalized_alpha_cannot_start_with_a_singular_mass_matrix():
     with pytest.raises(em.ParameterError, match=r"mass matrix is singular.*TrapezoidalIndex2"):
         fall(0.01, GENERALIZED_ALPHA)
+
+
+def test_newtons_matrix_has_what_follows_follow(model):
+    """Its solutions are dq = R dz, of which the rows of z are the ones that were wanted."""
+    skeleton, n = model.skeleton, len(leg.NAMES)
+    tied = [j for j in range(n) if j not in FREE]
+    wanted = np.random.default_rng(2).normal(size=(2, n))
+    with skeleton.opened():
+        z = skeleton.q.copy()
+        R = gradient(lambda x: skeleton.state_of_tree(x)[0], z, 1e-4)
+        rows = skeleton.all_rows(wanted)
+    assert (rows[FREE] == wanted).all()
+    assert (rows[np.ix_(tied, tied)] == np.eye(n - 2)).all()
+    assert abs(R[tied]).max() > 0.1
+    np.testing.assert_allclose(rows[tied] @ R, 0.0, rtol=0, atol=1e-8)
 
 
 def test_free_motion_is_that_of_the_trapezoidal_rule_in_z():

@@ -10,12 +10,12 @@ import pytest
 import exudyn_muscles as em
 from exudyn_muscles import cli
 
-from .cli.test_commands import PENDULUM
-from .conftest import pytest_terminal_summary
-from .make_opensim import noisy
-from .opensim import ABSENT
-from .opensim_models import load, path_of
-from .own_models import FOLDER, SETUP, cmc_files
+from ..cli.test_commands import PENDULUM
+from ..conftest import pytest_terminal_summary
+from ..make_opensim import noisy
+from ..opensim import ABSENT
+from ..opensim_models import load, path_of
+from ..own_models import FOLDER, SETUP, cmc_files
 
 # RMS of what differs from OpenSim's states, twice what it is: [m], [m/s], [1], [m].
 TOLERANCES = {"value": 6e-4, "speed": 5e-3, "activation": 0.03, "fiber_length": 6e-4}

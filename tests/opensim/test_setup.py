@@ -8,7 +8,7 @@ import pytest
 import exudyn_muscles as em
 from exudyn_muscles.cli import main
 
-from .opensim_files import JOINT, LOCKED, coordinates, joint, muscle, write_model
+from ..opensim_files import JOINT, LOCKED, coordinates, joint, muscle, write_model
 
 LAW = "<tendon_slack_length>0.45</tendon_slack_length>"
 FLEXOR = muscle(inside=LAW).replace('"muscle"', '"flexor"')

@@ -18,7 +18,7 @@ import exudyn_muscles
 from exudyn_muscles.numerics import compilation, curves, kernel_cache
 from exudyn_muscles.numerics.kernel import kernel
 
-from .test_files import no_file_larger_than
+from ..files.test_files import no_file_larger_than
 
 SOURCE = """
 def inner(x):

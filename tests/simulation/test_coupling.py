@@ -17,7 +17,7 @@ from exudyn.utilities import (
 import exudyn_muscles as em
 from models import pendulum, planar_arm
 
-from .runs import KP, TRAPEZOIDAL, csf, plugin_run, rms_deg, settings, start_at
+from ..runs import KP, TRAPEZOIDAL, csf, plugin_run, rms_deg, settings, start_at
 
 
 @pytest.fixture
@@ -739,6 +739,12 @@ def test_modified_newton_recruits_once_a_step_on_the_arm_too():
 def test_result_before_a_run(model, motion):
     with pytest.raises(em.SimulationError, match="no result yet"):
         csf(model, motion).result()
+
+
+def test_cpu_time_is_that_of_the_run_alone(model, motion):
+    plugin = csf(model, motion)
+    result = plugin_run(model, plugin, settings())
+    assert plugin.result().cpu_time == result.cpu_time > 0.0
 
 
 def test_mbs_changed_after_the_model_was_built(model, motion):

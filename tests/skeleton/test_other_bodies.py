@@ -16,7 +16,7 @@ from exudyn.utilities import (
 import exudyn_muscles as em
 from models import pendulum
 
-from .runs import KP, plugin_run, rms_deg, settings, start_at
+from ..runs import KP, plugin_run, rms_deg, settings, start_at
 
 
 def with_a_mass_on_a_spring(stiffness=500.0, damping=20.0):

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from .own_models import FOLDER, OWN
+from ..own_models import FOLDER, OWN
 
-REFERENCE = Path(__file__).parents[2] / "shared" / "opensim" / "reference"
+REFERENCE = Path(__file__).parents[3] / "shared" / "opensim" / "reference"
 ABSENT = "OpenSim's reference files are not beside this repository"
 
 needs_opensim_files = pytest.mark.skipif(not REFERENCE.is_dir(), reason=ABSENT)

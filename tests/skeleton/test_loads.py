@@ -14,8 +14,8 @@ import exudyn_muscles as em
 from exudyn_muscles.skeleton.skeleton import Skeleton
 from exudyn_muscles.skeleton.tree import tree_frames
 
-from . import leg
-from .differences import gradient
+from .. import leg
+from ..differences import gradient
 from .test_skeleton import System
 
 BASE, LENGTH = np.array([0.1, 0.2, 0.0]), np.array([0.6, 0.0, 0.0])

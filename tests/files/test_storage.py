@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 import exudyn_muscles as em
 from models import pendulum
 
-from .opensim import REFERENCE, needs_opensim_files
-from .runs import KP
+from ..opensim import REFERENCE, needs_opensim_files
+from ..runs import KP
 
 CMC = REFERENCE.parent / "cmc"
 TABLE = "time\telbow\ttx\n0\t90\t1\n0.5\t180\t2\n"

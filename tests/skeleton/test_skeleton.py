@@ -19,8 +19,8 @@ from exudyn_muscles.skeleton.skeleton import Skeleton
 from exudyn_muscles.skeleton.tree import tree_frames
 from models import pendulum
 
-from .differences import gradient
-from .path.trees import JOINTS, add_tree, random_links
+from ..differences import gradient
+from ..path.trees import JOINTS, add_tree, random_links
 
 GRAVITY = [0.3, -9.81, 0.5]  # of `add_tree`
 

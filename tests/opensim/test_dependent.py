@@ -12,10 +12,10 @@ from exudyn.utilities import HomogeneousTransformation, RigidBodyInertia, TreeLi
 
 import exudyn_muscles as em
 
-from .opensim import REFERENCE, needs_opensim_files
-from .opensim_models import vector
-from .opensim_paths import OpenSimPaths, curve
-from .path.trees import JOINTS
+from ..opensim import REFERENCE, needs_opensim_files
+from ..opensim_models import vector
+from ..opensim_paths import OpenSimPaths, curve
+from ..path.trees import JOINTS
 
 pytestmark = needs_opensim_files
 

@@ -7,8 +7,8 @@ import pytest
 
 import exudyn_muscles as em
 
-from .differences import gradient
-from .opensim_files import (
+from ..differences import gradient
+from ..opensim_files import (
     BODY,
     GROUND_POINT,
     JOINT,

@@ -35,7 +35,7 @@ print(sum(integrate_all.stats.cache_hits.values()))
 
 
 def run(folder, script):
-    path = os.pathsep.join([str(folder), str(Path(__file__).parents[1])])
+    path = os.pathsep.join([str(folder), str(Path(__file__).parents[2])])
     environment = {**os.environ, "PYTHONPATH": path}
     printed = subprocess.run(
         [sys.executable, "-c", script],

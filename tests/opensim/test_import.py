@@ -12,9 +12,9 @@ from exudyn_muscles.opensim.bodies import Bodies
 from exudyn_muscles.opensim.document import read_document
 from exudyn_muscles.skeleton.geometry import Geometry
 
-from .differences import gradient
-from .opensim import REFERENCE, needs_opensim_files, numbers_of, with_opensims
-from .opensim_files import (
+from ..differences import gradient
+from ..opensim import REFERENCE, needs_opensim_files, numbers_of, with_opensims
+from ..opensim_files import (
     BODY,
     BODY_POINT,
     GROUND_POINT,
@@ -30,7 +30,7 @@ from .opensim_files import (
     muscle,
     write_model,
 )
-from .opensim_models import load, path_of, rebuilt
+from ..opensim_models import load, path_of, rebuilt
 
 BLOCKS = ["tug_of_war", "tug_of_war_millard", "twoMusclesOnBlock", "block_hanging_from_muscle"]
 MODELS = with_opensims(["blocks", "arm"], [*BLOCKS, "arm26"])

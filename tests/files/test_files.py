@@ -19,7 +19,7 @@ import exudyn_muscles as em
 from exudyn_muscles.files import disk as files
 from exudyn_muscles.files.disk import write_arrays, write_figure, write_file
 
-from .reference.make import FOLDER
+from ..reference.make import FOLDER
 
 PACKAGE = Path(em.__file__).parent
 
@@ -102,7 +102,7 @@ import exudyn_muscles.files.disk
 def kill(*_):
     os.kill(os.getpid(), signal.SIGKILL)
 setattr(exudyn_muscles.files.disk.os, sys.argv[1], kill)
-from tests.test_files import WRITERS
+from tests.files.test_files import WRITERS
 WRITERS[sys.argv[2]](sys.argv[3])
 """
 

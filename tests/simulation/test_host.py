@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from exudyn.utilities import NodeGenericODE1, ObjectGenericODE1, RigidBodyInertia, TreeLink
 
-from .runs import TRAPEZOIDAL, settings
+from ..runs import TRAPEZOIDAL, settings
 
 GENERALIZED_ALPHA = exu.DynamicSolverType.GeneralizedAlpha
 START = exu.ConfigurationType.StartOfStep

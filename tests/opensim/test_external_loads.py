@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 import exudyn_muscles as em
 from exudyn_muscles.opensim.document import read_document
 
-from .differences import gradient
-from .opensim import ABSENT, REFERENCE, needs_opensim_files
-from .opensim_models import rebuilt
+from ..differences import gradient
+from ..opensim import ABSENT, REFERENCE, needs_opensim_files
+from ..opensim_models import rebuilt
 
 # A pendulum about z, and a body welded to it.
 OFFSET, ANGLES = np.array([0.3, -0.1, 0.2]), np.array([0.4, -0.5, 0.6])

@@ -8,8 +8,8 @@ import pytest
 import exudyn_muscles as em
 from exudyn_muscles.cli import main
 
-from .opensim import REFERENCE, needs_opensim_files
-from .opensim_models import rebuilt
+from ..opensim import REFERENCE, needs_opensim_files
+from ..opensim_models import rebuilt
 
 pytestmark = needs_opensim_files
 

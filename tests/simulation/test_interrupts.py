@@ -8,9 +8,9 @@ import pytest
 import exudyn_muscles as em
 from models import pendulum, planar_arm
 
-from . import leg
-from .interrupts import lines_of, traced
-from .runs import KP, TRAPEZOIDAL, settings
+from .. import leg
+from ..interrupts import lines_of, traced
+from ..runs import KP, TRAPEZOIDAL, settings
 
 HOOKS = ("PreStep", "PreNewtonResidual", "SystemJacobian", "PostStep")
 ARRAYS = ("time", "coordinates", "accelerations", "tendon_forces")

@@ -9,8 +9,8 @@ from scipy.integrate import cumulative_simpson, quad
 
 import exudyn_muscles as em
 
-from .opensim import needs_opensim_files, numbers_of, with_opensims
-from .opensim_models import load
+from ..opensim import needs_opensim_files, numbers_of, with_opensims
+from ..opensim_models import load
 
 MODELS = with_opensims(
     ["blocks"],
@@ -162,7 +162,7 @@ def test_skeletons_move_as_opensims(name, tolerance):
 def test_arm_moves_as_opensims_but_for_its_wrapping():
     """Five of six muscles wrap, two over ellipsoids, where OpenSim's lengths and moment arms do not
     fit each other: 0.15 deg within 1 s. All else is OpenSim's: with its own l, l' and r the
-    accelerations are equal (`test_opensim_import.py`)."""
+    accelerations are equal (`test_import.py`)."""
     shoulder, elbow = np.abs(differences("arm26", 1e-3)[0]).max(axis=0)
     assert shoulder < 2.7e-3 and elbow < 1.1e-3
 
