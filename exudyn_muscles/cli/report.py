@@ -6,15 +6,16 @@ import argparse
 import math
 import sys
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import numpy as np
+
+from ..model import MusculoskeletalModel
+from ..motion import Motion
+from ..results.counts import Status
+from ..results.trajectory import Trajectory
 from .names import CMC_STEPS, FAILED, METHODS, PROGRAM
 from .settings import velocity_gain
-
-if TYPE_CHECKING:
-    from ..model import MusculoskeletalModel
-    from ..motion import Motion
-    from ..results.trajectory import Trajectory
 
 
 def summary(name: str, trajectory: Trajectory) -> str:
@@ -119,6 +120,7 @@ def figures_of_merit(trajectory: Trajectory, cpu_time: float) -> dict[str, Any]:
         "window_integrations_per_step": counts.window_integrations / windows,
         "newton_iterations_per_step": counts.newton_iterations / max(counts.steps, 1),
         "max_unmet_torque": trajectory.max_unmet_torque,
+        "max_constraint_drift": trajectory.max_constraint_drift,
     }
 
 
@@ -130,10 +132,8 @@ def excitation_difference(one: Trajectory, other: Trajectory) -> float:
     return float(max(gap.max() for gap in gaps))
 
 
-def _rotates(trajectory: Trajectory) -> Any:
+def _rotates(trajectory: Trajectory) -> np.ndarray:
     """Which coordinates are angles, (n,) of bool."""
-    import numpy as np
-
     return np.array(trajectory.coordinate_units) == "rad"
 
 
@@ -143,8 +143,6 @@ def _number(count: int, noun: str) -> str:
 
 def exit_status(trajectory: Trajectory) -> int:
     """Exit status of a run; one that was stopped early is not a success."""
-    from ..results.counts import Status
-
     if trajectory.status is Status.COMPLETE:
         return 0
     text = f"{METHODS[trajectory.method]} is incomplete: {trajectory.message}"

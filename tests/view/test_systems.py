@@ -167,6 +167,14 @@ def test_muscles_sticks_and_own_graphics(model, trajectory):
     np.testing.assert_array_equal(points[: len(before[1])], before[1])
 
 
+def test_results_are_undisturbed(model, trajectory):
+    """By what is drawn meanwhile."""
+    with view.show_muscles(model, trajectory):
+        inside = em.cosimulate(model, motion(), settings=em.CosimulationSettings(kp=534.0))
+    assert np.array_equal(inside.system_coordinates, trajectory.system_coordinates)
+    assert np.array_equal(inside.excitation_values, trajectory.excitation_values)
+
+
 @pytest.mark.parametrize("row", [0, 20])
 def test_drawing_follows_the_pose(model, trajectory, row):
     """Muscles on bodies and on markers."""
