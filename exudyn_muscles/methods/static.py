@@ -136,7 +136,8 @@ def static_optimization(
                     counts.steps += 1
                 whole = skeleton.x, skeleton.drift
                 point = q_d[n], v_d[n], a_d[n], *whole, a, l_t, torque
-                record.add(Row(t, point, reserve, window, place))
+                # The place itself may be a view of the current state.
+                record.add(Row(t, point, reserve, window, (*point[:2], *place[2:])))
                 last = geometry
                 if progress is not None:
                     progress(t)
