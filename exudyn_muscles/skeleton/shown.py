@@ -20,13 +20,14 @@ class Sticks(NamedTuple):
 
     `points` returns both ends (k, 2, 3) of the k sticks [m], a joint first, `ends` (k,) says where
     the second is the last of a chain. `replaced` are the objects that they stand for; `outline`
-    returns points (j, 3) of bodies that are drawn by graphics of their own.
+    returns points (j, 3) around the graphics of bodies: of those that keep them beside the sticks
+    or, if these are not drawn (True), of all.
     """
 
     points: Callable[[], np.ndarray]
     ends: np.ndarray
     replaced: tuple[int, ...]
-    outline: Callable[[], np.ndarray]
+    outline: Callable[[bool], np.ndarray]
 
 
 def coordinates_shown(mbs: exu.MainSystem) -> np.ndarray:
@@ -63,7 +64,7 @@ def tree_sticks(mbs: exu.MainSystem, number: int, tree: Tree, rows: slice) -> St
 
     last = np.arange(len(pairs)) >= len(pairs) - len(ends)
     replaced = (number, *_ground_of(mbs, number, tree))
-    return Sticks(ends_shown, last, replaced, lambda: np.empty((0, 3)))
+    return Sticks(ends_shown, last, replaced, lambda _: np.empty((0, 3)))
 
 
 def _ground_of(mbs: exu.MainSystem, number: int, tree: Tree) -> tuple[int, ...]:

@@ -53,7 +53,8 @@ class Scene:
                 data.SetODE2Coordinates(x, configuration=VISUALIZATION)
                 R, p, q = self.model.skeleton.frames_shown(None)
                 found += lines(self.model.paths, R, p, q)
-                found += [self._sticks.points().reshape(-1, 3), self._sticks.outline()]
+                found.append(self._sticks.points().reshape(-1, 3))
+                found.append(self._sticks.outline(not self._draws_sticks))
         finally:
             data.SetODE2Coordinates(before, configuration=VISUALIZATION)
         return np.vstack(found)

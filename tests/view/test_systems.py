@@ -6,13 +6,21 @@ import exudyn as exu
 import numpy as np
 import pytest
 from exudyn import graphics
-from exudyn.utilities import InertiaCuboid, MarkerBodyRigid, SetSolutionState
+from exudyn.utilities import (
+    InertiaCuboid,
+    MarkerBodyRigid,
+    NodeRigidBody2D,
+    ObjectJointRevolute2D,
+    ObjectRigidBody2D,
+    SetSolutionState,
+)
 from matplotlib.image import imread
 
 import exudyn_muscles as em
 from exudyn_muscles import view
 from exudyn_muscles.cli.report import summary
 from exudyn_muscles.errors import ParameterError
+from exudyn_muscles.skeleton.system.shown import system_sticks
 from exudyn_muscles.view.colors import BONE
 from models import pendulum
 
@@ -222,3 +230,26 @@ def test_a_result_of_another_system_is_refused(model, trajectory):
     other = dataclasses.replace(trajectory, system_names=(), system_coordinates=np.empty((21, 0)))
     with pytest.raises(ParameterError, match="another model: its bodies' coordinates"):
         view.solution(other, model)
+
+
+def test_what_becomes_a_stick():
+    """Planar bodies and mass points without graphics; a function that draws is graphics, too."""
+    mbs = exu.SystemContainer().AddSystem()
+    ground = mbs.CreateGround()
+    node = mbs.AddNode(NodeRigidBody2D(referenceCoordinates=[0.0, -0.2, 0.0]))
+    plane = mbs.AddObject(ObjectRigidBody2D(nodeNumber=node, mass=1.0, inertia=0.1))
+    mass = mbs.CreateMassPoint(mass=1.0, referencePosition=[0.3, 0.0, 0.0])
+    mbs.CreateRigidBody(
+        inertia=InertiaCuboid(1100.0, [0.1] * 3), graphicsDataUserFunction=lambda mbs, k: []
+    )
+    markers = [
+        mbs.AddMarker(MarkerBodyRigid(bodyNumber=body, localPosition=[0.0, y, 0.0]))
+        for body, y in ((ground, 0.0), (plane, 0.2))
+    ]
+    joint = mbs.AddObject(ObjectJointRevolute2D(markerNumbers=markers))
+    mbs.Assemble()
+    sticks = system_sticks(mbs)
+    expected = [[[0.0, 0.0, 0.0], [0.0, -0.2, 0.0]], [[0.3, 0.0, 0.0], [0.3, 0.0, 0.0]]]
+    np.testing.assert_allclose(sticks.points(), expected, atol=1e-15)
+    assert sticks.ends.all()
+    assert sticks.replaced == (int(plane), int(joint), int(mass))

@@ -48,8 +48,9 @@ def system_sticks(mbs: exu.MainSystem) -> Sticks:
         if item["objectType"] not in BODIES:
             continue
         own = item["VgraphicsData"]
-        if own and not _is_automatic(own):
-            corners += [(number, corner) for corner in _corners(own)]
+        automatic = _is_automatic(own)
+        corners += [(number, corner, automatic) for corner in _corners(own)]
+        if item.get("VgraphicsDataUserFunction") or (own and not automatic):
             continue
         on = [pair for pair in joints if pair[1] in (("body", number), ("node", _node(item)))]
         replaced += [number, *(joint for joint, *_ in on)]
@@ -70,10 +71,11 @@ def system_sticks(mbs: exu.MainSystem) -> Sticks:
             found.append((joint, center))
         return np.reshape(found, (-1, 2, 3))
 
-    return Sticks(
-        points, np.array(ends, dtype=bool), tuple(dict.fromkeys(replaced)),
-        lambda: np.reshape([at(number, corner) for number, corner in corners], (-1, 3)),
-    )  # fmt: skip
+    def outline(alone: bool) -> np.ndarray:
+        seen = [corner[:2] for corner in corners if alone or not corner[2]]
+        return np.reshape([at(*corner) for corner in seen], (-1, 3))
+
+    return Sticks(points, np.array(ends, dtype=bool), tuple(dict.fromkeys(replaced)), outline)
 
 
 def _joints(mbs: exu.MainSystem) -> list[tuple[int, tuple[str, int], exu.MarkerIndex]]:
@@ -105,12 +107,15 @@ def _center(body: dict) -> np.ndarray:
 
 
 def _is_automatic(own: list[dict]) -> bool:
-    return len(own) == 1 and np.allclose(np.reshape(own[0]["colors"], (-1, 4)), AUTOMATIC)
+    """Whether these are a single part in the color that Exudyn takes for bodies without one."""
+    colors = [np.reshape(part.get("colors", ()), (-1, 4)) for part in own]
+    return len(own) == 1 and len(colors[0]) > 0 and np.allclose(colors[0], AUTOMATIC)
 
 
 def _corners(own: list[dict]) -> np.ndarray:
-    """Corners (8, 3) of the box around graphics in a body's frame."""
-    points = np.vstack([np.reshape(one["points"], (-1, 3)) for one in own if "points" in one])
+    """Corners (8, 3) of the box around graphics and origin in a body's frame."""
+    parts = [np.reshape(one["points"], (-1, 3)) for one in own if "points" in one]
+    points = np.vstack([np.zeros((1, 3)), *parts])
     box = np.array([points.min(axis=0), points.max(axis=0)])
     choices = np.indices((2, 2, 2)).reshape(3, 8).T
     return box[choices, np.arange(3)]
