@@ -72,6 +72,13 @@ from .results.excitations import Excitations
 from .results.trajectory import Trajectory
 from .skeleton.coupling import DependentCoordinate, Follower, linear_function
 from .skeleton.external_forces import add_external_force
+from .skeleton.system.coordinates import (
+    JointCoordinate,
+    NodeCoordinate,
+    RelativePosition,
+    RelativeRotation,
+    ScalarFunction,
+)
 
 __version__ = version("exudyn_muscles")
 
@@ -106,6 +113,7 @@ __all__ = [
     "HillCurves",
     "IncompleteRunWarning",
     "Integrator",
+    "JointCoordinate",
     "LowPass",
     "MaximumIsometricForce",
     "Millard2012",
@@ -120,6 +128,7 @@ __all__ = [
     "MuscleLaw",
     "MuscleSet",
     "MusculoskeletalModel",
+    "NodeCoordinate",
     "Normalizer",
     "ParameterError",
     "PathPoint",
@@ -131,9 +140,12 @@ __all__ = [
     "ReachableMaximum",
     "RecruitmentError",
     "RecruitmentSettings",
+    "RelativePosition",
+    "RelativeRotation",
     "Reserve",
     "ResultFileError",
     "RigidTendonForce",
+    "ScalarFunction",
     "Scheme",
     "Schutte1993",
     "SimulationError",

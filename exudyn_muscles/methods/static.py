@@ -20,7 +20,9 @@ from ..recruitment.settings import RecruitmentSettings, check_fit
 from ..results.counts import Counts
 from ..results.recorder import Recorder, Row
 from ..results.trajectory import Trajectory
-from ..simulation.ending import warn_of_unmet_torque
+from ..simulation.controllers import UserControllers
+from ..simulation.ending import warn_of_stop, warn_of_unmet_torque
+from ..simulation.parameters import keep_parameters
 from ..simulation.run import number_of_steps
 from ..skeleton.external_forces import check_external_forces
 from ..skeleton.hold import hold
@@ -55,6 +57,9 @@ def static_optimization(
 ) -> Trajectory:
     """Forces, activations and excitations of the desired motion, without a forward simulation.
 
+    User functions of the `mbs` that act before a step or a residual are called as Exudyn would call
+    them along the motion, so that the forces that they set are part of it.
+
     Parameters
     ----------
     model : MusculoskeletalModel
@@ -84,6 +89,8 @@ def static_optimization(
         The mbs has other bodies, whose motion is unknown here.
     MotionWarning
         Angles that cannot be radians.
+    IncompleteRunWarning
+        A PreStep user function returned False.
     UnmetTorqueWarning
         The muscles cannot deliver the motion's torques; names the coordinates.
     """
@@ -103,23 +110,31 @@ def static_optimization(
     check_external_forces(model.mbs, times[0], times[-1])
     muscles = MuscleOptimization(model, settings, counts)
     skeleton = model.skeleton
-    if skeleton.others:
+    others = skeleton.others
+    if others:
         warn(
-            f"static optimization holds the {skeleton.others} coordinates of the mbs outside the "
-            "skeleton at their initial values; forces between them and the skeleton are wrong once "
-            "they would move",
+            f"static optimization holds the {others} coordinates of the mbs that are not tracked "
+            "at their initial values; forces between them and the skeleton are wrong once they "
+            "would move",
             FrozenBodiesWarning,
         )
     skeleton.check_assembled()
     with hold(model.mbs) as held:
         # The evaluations below move the mbs; the user's current state is put back at the end.
         held.keep(partial(skeleton.restore, skeleton.snapshot()))
+        controllers = UserControllers(model.mbs)
+        if controllers:
+            keep_parameters(model.mbs, held)
         skeleton.open(held, q_d[0])
         t = times[0]
         try:
             last = None
             for n, t in enumerate(times):
+                if n and controllers and not controllers.before_step(t):
+                    warn_of_stop(record, times[-1])
+                    break
                 skeleton.go_to(q_d[n], v_d[n], t)
+                controllers.before_residual(t)
                 M, bias, place = skeleton.dynamics()
                 geometry = model.geometry(*place)
                 Q_m = M @ a_d[n] + bias  # (6)
@@ -141,7 +156,8 @@ def static_optimization(
                 last = geometry
                 if progress is not None:
                     progress(t)
-            record.complete()
+            else:
+                record.complete()
         except BaseException as error:
             raised = original(error)
             raised.add_note(f"raised at t = {t:g} s of the static optimization")

@@ -17,8 +17,9 @@ from .kernel_cache import kernel_cache
 # Kernels call each other and freeze constants across these files.
 SOURCES = (
     "numerics", "muscle", "path", "forces", "skeleton/tree.py", "skeleton/geometry.py",
-    "skeleton/dependent.py", "skeleton/system/frames.py", "skeleton/system/measuring.py",
-    "skeleton/system/geometry.py", "recruitment", "methods/unified.py",
+    "skeleton/dependent.py", "skeleton/rotations.py", "skeleton/system/frames.py",
+    "skeleton/system/measuring.py", "skeleton/system/geometry.py", "recruitment",
+    "methods/unified.py",
 )  # fmt: skip
 
 

@@ -20,6 +20,13 @@ def warn_of_early_end(record: Recorder, solver: exu.MainSolverImplicitSecondOrde
     warn(text, IncompleteRunWarning)
 
 
+def warn_of_stop(record: Recorder, end: float) -> None:
+    """A user function has stopped a run that was to go on until `end` [s]."""
+    text = f"stopped by a user function at t = {record.reached:g} s before {end:g} s"
+    record.note(text)
+    warn(text, IncompleteRunWarning)
+
+
 def warn_of_unmet_torque(record: Recorder) -> None:
     """One UnmetTorqueWarning for a whole run, if there is anything to say."""
     if record.fell_short:

@@ -17,7 +17,7 @@ class Hooks:
 
     def __init__(self, mbs: exu.MainSystem) -> None:
         self._mbs = mbs
-        self._before = {name: self._now(name) for name in self.NAMES}
+        self._before = {name: user_function(mbs, name) for name in self.NAMES}
         self._installed: dict[str, Callable] = {}
         if self._before["SystemJacobian"]:
             raise ModelError(
@@ -32,7 +32,9 @@ class Hooks:
 
     def check(self) -> None:
         """Raise ModelError if any of them is no longer there."""
-        lost = [name for name, own in self._installed.items() if self._now(name) != own]
+        lost = [
+            name for name, own in self._installed.items() if user_function(self._mbs, name) != own
+        ]
         if lost:
             raise ModelError(
                 f"the mbs got another {' and another '.join(lost)} user function within "
@@ -45,9 +47,16 @@ class Hooks:
         for name, function in self._before.items():
             getattr(self._mbs, f"Set{name}UserFunction")(function)
 
-    def _now(self, name: str) -> Any:
-        stored = getattr(self._mbs, f"Get{name}UserFunction")()
-        return stored["function"] if isinstance(stored, dict) else stored
+    @property
+    def of_user(self) -> bool:
+        """Whether the user has any."""
+        return any(self._before.values())
+
+
+def user_function(mbs: exu.MainSystem, name: str) -> Any:
+    """The `mbs`'s function of such a name now; something false if there is none."""
+    stored = getattr(mbs, f"Get{name}UserFunction")()
+    return stored["function"] if isinstance(stored, dict) else stored
 
 
 def _chained(name: str, before: Any, own: Callable) -> Callable:

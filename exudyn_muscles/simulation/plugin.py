@@ -36,6 +36,7 @@ from ..skeleton.hold import Hold, hold
 from ..skeleton.reading import original, raise_as_itself
 from .ending import place, warn_of_early_end, warn_of_unmet_torque
 from .hooks import Hooks
+from .parameters import keep_parameters
 from .solver import put_back_solver, request_jacobian, running_solver
 from .start import check_times, warn_of_distance
 from .state import RunState
@@ -176,6 +177,8 @@ class Plugin(ABC):
         record = state.record
         skeleton.open(held, self.near)
         hooks = Hooks(mbs)
+        if hooks.of_user:
+            keep_parameters(mbs, held)
         self.state = state
         try:
             # What another run has left there must not be taken for this run's solver.

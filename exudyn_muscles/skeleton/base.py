@@ -18,8 +18,9 @@ import numpy as np
 from ..path.paths import Paths
 from .geometry import Geometry
 from .hold import Hold
-from .opened import Dynamics, State
+from .opened import Dynamics
 from .shown import Sticks
+from .state import State
 
 
 class Mounted(NamedTuple):
@@ -84,7 +85,7 @@ class ExudynSkeleton(ABC):
     @property
     @abstractmethod
     def others(self) -> int:
-        """Number of the system's ODE2 coordinates that do not belong to the skeleton."""
+        """Number of directions in which the system moves besides the n coordinates."""
 
     @abstractmethod
     def frame_number(self, what: str, link: int) -> int:

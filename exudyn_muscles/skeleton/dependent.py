@@ -27,7 +27,8 @@ from ..numerics.curves import PackedCurves, evaluate, pack
 from ..numerics.kernel import kernel
 from .coupling import DependentCoordinate, chains
 from .geometry import Geometry
-from .opened import Opened, State
+from .opened import Opened
+from .state import State
 
 
 class Slopes(NamedTuple):

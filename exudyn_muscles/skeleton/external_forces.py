@@ -17,9 +17,14 @@ from collections.abc import Sequence
 
 import exudyn as exu
 import numpy as np
-from exudyn.itemInterface import LoadForceVector, LoadTorqueVector, MarkerKinematicTreeRigid
+from exudyn.itemInterface import (
+    LoadForceVector,
+    LoadTorqueVector,
+    MarkerBodyRigid,
+    MarkerKinematicTreeRigid,
+)
 
-from ..checks import check_link_exists
+from ..checks import ItemNumber, MarkerNumber, check_link_exists
 from ..errors import ParameterError
 from ..forces.external import ExternalForce, cubics
 from ..path.frames import GROUND
@@ -32,7 +37,7 @@ Vector = Sequence[float]
 
 
 def add_external_force(
-    mbs: exu.MainSystem, tree: int, external_force: ExternalForce
+    mbs: exu.MainSystem, tree: int | None, external_force: ExternalForce
 ) -> tuple[int, ...]:
     """Add an external force to an Exudyn system, before `mbs.Assemble()`.
 
@@ -42,8 +47,9 @@ def add_external_force(
     Parameters
     ----------
     mbs : exudyn.MainSystem
-    tree : ObjectIndex
-        Of the `ObjectKinematicTree`.
+    tree : ObjectIndex or None
+        Of the `ObjectKinematicTree`; None where the force's links are bodies or markers, by their
+        ObjectIndex or MarkerIndex.
     external_force : ExternalForce
 
     Returns
@@ -60,11 +66,7 @@ def add_external_force(
     exudyn.ModelError
         The system has loads of these names.
     """
-    links = len(tree_item(mbs, tree)["jointTypes"])
-    for name in ("link", "force_expressed_in", "point_expressed_in"):
-        what = f"external force '{external_force.name}': {name}"
-        check_link_exists(what, getattr(external_force, name), links)
-    acting = _Acting(mbs, tree, external_force)
+    acting = _Acting(mbs, _link_markers(mbs, tree, external_force), external_force)
     items = []
     if external_force.force is not None:
         items.append((LoadForceVector, "force", acting.force))
@@ -99,21 +101,46 @@ def check_external_forces(mbs: exu.MainSystem, start: float, end: float) -> None
             )
 
 
+def _link_markers(
+    mbs: exu.MainSystem, tree: int | None, external_force: ExternalForce
+) -> dict[int, int]:
+    """New markers at the origins of all links that a force names."""
+    links = 0 if tree is None else len(tree_item(mbs, tree)["jointTypes"])
+    named = {}
+    for name in ("link", "force_expressed_in", "point_expressed_in"):
+        what = f"external force '{external_force.name}': {name}"
+        link = getattr(external_force, name)
+        if link != GROUND:
+            named[link] = what
+            if tree is not None:
+                check_link_exists(what, link, links)
+            elif not isinstance(link, ItemNumber):
+                raise ParameterError(
+                    f"{what} = {link!r} is the ObjectIndex of a body or the MarkerIndex of a "
+                    "marker where there is no tree"
+                )
+    return {link: _marker(mbs, tree, link, what) for link, what in named.items()}
+
+
+def _marker(mbs: exu.MainSystem, tree: int | None, link: int, what: str) -> int:
+    if isinstance(link, MarkerNumber):
+        return exu.MarkerIndex(int(link))
+    if tree is not None:
+        return mbs.AddMarker(MarkerKinematicTreeRigid(objectNumber=tree, linkNumber=link))
+    try:
+        mbs.GetObject(int(link))
+    except Exception as error:
+        raise ParameterError(f"{what}: the mbs has no object {int(link)}") from error
+    return mbs.AddMarker(MarkerBodyRigid(bodyNumber=exu.ObjectIndex(int(link))))
+
+
 class _Acting:
     """An external force within an Exudyn system: the user functions of its loads."""
 
-    def __init__(self, mbs: exu.MainSystem, tree: int, external_force: ExternalForce) -> None:
-        self.external_force = external_force
-        self.markers: dict[int, int] = {}
-        for link in (
-            external_force.link,
-            external_force.force_expressed_in,
-            external_force.point_expressed_in,
-        ):
-            if link != GROUND and link not in self.markers:
-                self.markers[link] = mbs.AddMarker(
-                    MarkerKinematicTreeRigid(objectNumber=tree, linkNumber=link)
-                )
+    def __init__(
+        self, mbs: exu.MainSystem, markers: dict[int, int], external_force: ExternalForce
+    ) -> None:
+        self.external_force, self.markers = external_force, markers
         self._times = external_force.times.tolist()
         self._pieces = cubics(external_force)
         self._last: list = [np.nan, NOTHING]

@@ -94,8 +94,9 @@ class FrameList:
             self._new(key, MARKER, self._coordinates_of(what, marker))
         return self._numbers[key]
 
-    def place_of_marker(self, what: str, number: int) -> tuple[int, np.ndarray]:
-        """A frame and the marker's position in it; of a rigid body's marker the body's frame."""
+    def place_of_marker(self, what: str, number: int) -> tuple[int, np.ndarray, np.ndarray]:
+        """A frame and the marker's position and axes in it; of a rigid body's marker the body's
+        frame."""
         item = self._item(what, number, self._mbs.GetMarker, "marker")
         kind = item["markerType"]
         if kind in ("BodyRigid", "BodyPosition"):
@@ -103,12 +104,12 @@ class FrameList:
             if body["objectType"] in (*BODIES, "Ground"):
                 local = np.zeros(3)
                 local[: len(item["localPosition"])] = item["localPosition"]
-                return self.of_body(what, int(item["bodyNumber"])), local
+                return self.of_body(what, int(item["bodyNumber"])), local, _own_axes(item)
         if kind in ("NodeRigid", "NodePosition"):
             node = int(item["nodeNumber"])
             if self._mbs.GetNode(node)["nodeType"] in NODES:
-                return self._of_node(node, what), np.zeros(3)
-        return self.of_marker(what, number), np.zeros(3)
+                return self._of_node(node, what), np.zeros(3), _own_axes(item)
+        return self.of_marker(what, number), np.zeros(3), np.eye(3)
 
     def tables(self) -> tuple[FrameTables, np.ndarray, np.ndarray]:
         """The frames so far, and R, p where they do not move."""
@@ -163,3 +164,8 @@ class FrameList:
             f"{what} is on marker {int(marker)} '{item['name']}', a {item['markerType']}, which is "
             "on no single body or node"
         )
+
+
+def _own_axes(marker: dict) -> np.ndarray:
+    """The axes (3, 3) that a marker has on its body or node."""
+    return np.array(marker.get("localHT", np.eye(4)), dtype=float).reshape(4, 4)[:3, :3]

@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from ...numerics.kernel import kernel
-from .frames import ROTATION, VELOCITY, advance, rigid_frames
+from ..rotations import advance
+from .frames import ROTATION, VELOCITY, rigid_frames
 
 TURN = 2.0 * math.pi
 

@@ -1,12 +1,7 @@
 """A system that is open for evaluations: equations of motion of what is tracked.
 
-The system's own equations, with coordinates x, constraints with the Jacobian G, and D where Exudyn
-keeps equations of multipliers alone,
-
-    [M  G^T] [ x'' ]   [Q - H]
-    [G  D  ] [-mu  ] = [gamma],
-
-are solved for the forces that act and for a unit of force T^T along each tracked z, z' = T x':
+The system's `ConstrainedEquations` are solved for the forces that act and for a unit of force T^T
+along each tracked z, z' = T x':
 
     x''_0 and W = dx''/df    M_z = (T W)^-1    B = W M_z    H_z - Q_z = -M_z (T x''_0 + T' x')
 
@@ -18,26 +13,21 @@ z'' it has the least M-norm, so that poses for given z are found along it as wel
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 import exudyn as exu
 import numpy as np
-from scipy.linalg.lapack import dgesv
 
-from ...errors import ModelError
-from ..opened import Dynamics, State
+from ...errors import ModelError, SimulationError
+from ..constrained import ConstrainedEquations, rotation_vectors, short_time, solved
+from ..opened import Dynamics
+from ..rotations import advance
+from ..state import State
 from .frame_list import FrameList
-from .frames import Frames, advance
+from .frames import Frames
 from .geometry import Pose
 from .measuring import measure_pose, rate_along
 from .singular import check_mobility, explain_singular
 from .tracked_rows import TrackedRows
 
-# Largest displacement for central differences along the motion [m or rad]: what is cut off and what
-# is rounded are both 1e-10 of the accelerations.
-DISPLACEMENT = 1e-5
-FASTEST = 10.0  # m/s or rad/s; slower systems move less
 CLOSE = 1e-12  # m or rad, of poses; Newton's method squares it once more
 MOST_ITERATIONS = 50
 FARTHEST = 0.5  # rad or m, of one iteration towards a pose
@@ -82,12 +72,10 @@ class OpenedSystem:
         self._solver.InitializeSolver(mbs, settings)
         n = self._data.ODE2Size()
         self.state = State(mbs, slice(0, n))
-        self._multipliers = self._data.GetSystemStateDict(reference=True)["AECoords"]
-        self._algebraic = slice(n + self._data.ODE1Size(), None)
-        self._kept = np.r_[0:n, n + self._data.ODE1Size() : self._data.SystemSize()]
+        self._equations = ConstrainedEquations(mbs, self._solver, self.state)
         self._tables, self._R, self._p = frames.tables()
         self._markers, self._tracked = frames.markers, tracked
-        self._vectors = _rotation_vectors(mbs)
+        self._vectors = rotation_vectors(mbs)
         self._rigid = not (frames.markers or tracked.functions)  # frames are those of bodies alone
         self._turns = np.zeros(len(names))
         self._object, self._order = forces
@@ -130,7 +118,7 @@ class OpenedSystem:
 
     def rate(self, pose: Pose) -> np.ndarray:
         """T' x' (n,) there, by central differences along the motion."""
-        e, rate = _short_time(pose.x_t), np.zeros(len(self._names))
+        e, rate = short_time(pose.x_t), np.zeros(len(self._names))
         if self._rigid:
             rate_along(
                 self._tracked.table, *self._tables, self._vectors, pose.x, pose.x_t, e,
@@ -138,101 +126,63 @@ class OpenedSystem:
             )  # fmt: skip
             return rate
         for side in (e, -e):
-            with self._moved(pose, side):
+            with self._equations.moved(side, self._vectors, self._tables.reference):
                 rate += self._pose(pose.z).T @ pose.x_t / (2.0 * side)
         return rate
 
-    def _demanded(self, pose: Pose) -> np.ndarray:
-        """gamma, the accelerations that the constraints ask for, in the same way."""
-        e, gamma = _short_time(pose.x_t), 0.0
-        for side in (e, -e):
-            with self._moved(pose, side):
-                gamma = gamma - self._equations(velocity=True) / (2.0 * side)
-        return np.asarray(gamma)
-
-    @contextmanager
-    def _moved(self, pose: Pose, time: float) -> Iterator[None]:
-        """Be a short time [s] further on along the motion."""
-        x, t = self.state.q, self._data.GetTime()
-        try:
-            advance(self._vectors, self._tables.reference, x, time * pose.x_t)
-            self._data.SetTime(t + time)
-            yield
-        finally:
-            x[:] = pose.x
-            self._data.SetTime(t)
+    # Dynamics.
 
     def equations(self, velocity: bool) -> np.ndarray:
         """What the constraints lack, at position or velocity level."""
-        with self._free():
-            return self._equations(velocity)
-
-    def _equations(self, velocity: bool) -> np.ndarray:
-        self._solver.ComputeAlgebraicEquations(self._mbs, velocity)
-        return np.asarray(self._solver.GetSystemResidual())[self._algebraic]
-
-    @contextmanager
-    def _free(self) -> Iterator[None]:
-        """Be without constraint forces, which Exudyn takes for forces and for what is lacking."""
-        kept = self._multipliers.copy()
-        try:
-            self._multipliers[:] = 0.0
-            yield
-        finally:
-            self._multipliers[:] = kept
-
-    # Dynamics.
-
-    def _matrix(self, stiffness: float = 0.0, damping: float = 0.0) -> np.ndarray:
-        """[[M, G^T], [G, D]] at the current state; M with so much of the forces' slopes over x and
-        x'."""
-        solver, mbs, n = self._solver, self._mbs, self.state.q.size
-        solver.ComputeJacobianODE2RHS(mbs, stiffness, damping, 0.0)
-        solver.ComputeJacobianAE(mbs, 1.0, 1.0, 0.0, False)  # rolling is of velocities alone
-        K = np.asarray(solver.GetSystemJacobian())
-        if K.shape[0] != self._kept.size:
-            K = K[np.ix_(self._kept, self._kept)]
-        solver.ComputeMassMatrix(mbs)
-        K[:n, :n] += solver.GetSystemMassMatrix()
-        K[:n, n:] = K[n:, :n].T
-        return K
+        with self._equations.free():
+            return self._equations.lacking(velocity)
 
     def _solved(self, K: np.ndarray, right: np.ndarray) -> np.ndarray:
         """x'' parts (N, k) of the solutions for right-hand sides (N + c, k)."""
-        _, _, solution, failed = dgesv(K, right)
-        if failed or not np.isfinite(solution).all():
+        solution = solved(K, right)
+        if solution is None:
             explain_singular(self._mbs, K, self.state.q.size)
+            raise SimulationError(f"the equations of motion are singular at q = {self.pose().z}")
         return solution[: self.state.q.size]
 
-    def _forces(self) -> np.ndarray:
-        """Q - H (N,) without the muscles' load, where the system is `_free`."""
-        self._solver.ComputeODE2RHS(self._mbs)
-        return np.asarray(self._solver.GetSystemResidual())[: self.state.q.size] - self._load
+    def _acting(self) -> np.ndarray:
+        """Q - H (N,) without the muscles' load, where the equations are free."""
+        return self._equations.forces() - self._load
+
+    def _gamma(self) -> np.ndarray:
+        return self._equations.demanded(self._vectors, self._tables.reference)
 
     def dynamics(self) -> Dynamics:
         """M_z and H_z - Q_z at the current state."""
         pose, n = self.pose(), self.state.q.size
-        K = self._matrix()
+        K = self._equations.matrix()
         right = np.zeros((K.shape[0], 1 + len(self._names)))
-        with self._free():
-            right[:n, 0], right[n:, 0] = self._forces(), self._demanded(pose)
+        with self._equations.free():
+            right[:n, 0], right[n:, 0] = self._acting(), self._gamma()
         right[:n, 1:] = pose.T.T
-        solved = self._solved(K, right)
-        M = _inverse(pose.T @ solved[:, 1:])
-        bias = -M @ (pose.T @ solved[:, 0] + self.rate(pose))
-        return Dynamics(M, bias, (pose.z, pose.T @ pose.x_t, pose, solved[:, 1:] @ M))
+        response = self._solved(K, right)
+        M = _inverse(pose.T @ response[:, 1:])
+        bias = -M @ (pose.T @ response[:, 0] + self.rate(pose))
+        return Dynamics(M, bias, (pose.z, pose.T @ pose.x_t, pose, response[:, 1:] @ M))
 
     def accelerations(self, load: np.ndarray) -> np.ndarray:
         """x'' (N,) at the current state under a further load (N,)."""
-        K, pose, n = self._matrix(), self.pose(), self.state.q.size
-        with self._free():
-            right = np.append(self._forces() + load, self._demanded(pose))
-        return self._solved(K, right[:, None])[:n, 0]
+        K = self._equations.matrix()
+        with self._equations.free():
+            right = np.append(self._acting() + load, self._gamma())
+        return self._solved(K, right[:, None])[:, 0]
+
+    @property
+    def directions(self) -> int:
+        """In how many the constraints let the system move."""
+        n = self.state.q.size
+        G = self._equations.matrix()[n:, :n]
+        return n - int(G.any(axis=1).sum())  # the others keep multipliers alone
 
     def check(self) -> None:
         """Raise ModelError if constraints are redundant, something has no mass, or a tracked
         coordinate cannot move or is the same as others."""
-        K, T, n = self._matrix(), self.pose().T, self.state.q.size
+        K, T, n = self._equations.matrix(), self.pose().T, self.state.q.size
         if not np.isfinite(K).all():
             raise ModelError(
                 "the mass matrix is not finite: check masses and inertias of the bodies"
@@ -283,14 +233,14 @@ class OpenedSystem:
         h = t - self._data.GetTime(exu.ConfigurationType.StartOfStep)
         for array, values in zip(state.current, state.at_start, strict=True):
             array[:] = values
-        K = self._matrix(-0.25 * h * h, -0.5 * h)
+        K = self._equations.matrix(-0.25 * h * h, -0.5 * h)
         _, v_0, a_0 = state.at_start
         advance(self._vectors, self._tables.reference, state.q, h * v_0 + 0.25 * h * h * a_0)
         state.v[:] = v_0 + 0.5 * h * a_0
         self._data.SetTime(t)
-        with self._free():
+        with self._equations.free():
             right = np.append(
-                self._forces() + self._load, -2.0 / h * self._equations(velocity=True)
+                self._acting() + self._load, -2.0 / h * self._equations.lacking(velocity=True)
             )
         a_1 = self._solved(K, right[:, None])[:, 0]
         advance(self._vectors, self._tables.reference, state.q, 0.25 * h * h * a_1)
@@ -298,11 +248,11 @@ class OpenedSystem:
 
     def _towards(self, pose: Pose, lack: np.ndarray, away: np.ndarray) -> np.ndarray:
         """The step (N,) of least M-norm that takes what is lacking off and z `away` (n,) on."""
-        K, n = self._matrix(), self.state.q.size
+        K, n = self._equations.matrix(), self.state.q.size
         right = np.zeros((K.shape[0], 1 + away.size))
         right[n:, 0], right[:n, 1:] = -lack, pose.T.T
-        solved = self._solved(K, right)
-        back, W = solved[:, 0], solved[:, 1:]
+        response = self._solved(K, right)
+        back, W = response[:, 0], response[:, 1:]
         return back + W @ np.linalg.solve(pose.T @ W, away - pose.T @ back)
 
     # In a run.
@@ -322,24 +272,7 @@ class OpenedSystem:
         self.apply(np.zeros(self._load.size))
 
 
-def _short_time(speeds: np.ndarray) -> float:
-    """For differences along a motion [s]."""
-    return DISPLACEMENT / max(FASTEST, np.abs(speeds).max())
-
-
 def _inverse(matrix: np.ndarray) -> np.ndarray:
     """Of a symmetric matrix."""
-    _, _, inverse, _ = dgesv(matrix, np.eye(len(matrix)))
+    inverse = np.linalg.inv(matrix)
     return 0.5 * (inverse + inverse.T)
-
-
-def _rotation_vectors(mbs: exu.MainSystem) -> np.ndarray:
-    """First coordinates of all rotation vectors in the system."""
-    data = mbs.systemData
-    nodes = range(data.NumberOfNodes())
-    first = [
-        data.GetNodeLTGODE2(k)[3]
-        for k in nodes
-        if mbs.GetNode(k)["nodeType"] == "RigidBodyRotVecLG"
-    ]
-    return np.array(first, dtype=np.int64)

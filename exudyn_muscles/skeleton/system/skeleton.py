@@ -99,7 +99,8 @@ class GeneralSkeleton(ExudynSkeleton):
 
     @property
     def others(self) -> int:
-        return 0  # all belong to the skeleton
+        with self._apart(None) as system:
+            return system.directions - len(self)
 
     def state_of_tree(self, *state: np.ndarray) -> tuple[np.ndarray, ...]:
         return state
@@ -135,9 +136,11 @@ class GeneralSkeleton(ExudynSkeleton):
             self.restore(before)
 
     def _system(self, near: np.ndarray | None) -> OpenedSystem:
-        return OpenedSystem(
+        system = OpenedSystem(
             self.mbs, self._frames, self._tracked, self.coordinates, self._forces, near
         )
+        system.check()
+        return system
 
     # Opening.
 
@@ -158,7 +161,6 @@ class GeneralSkeleton(ExudynSkeleton):
         try:
             self._opened = self._system(near)
             held.keep(self._opened.leave)
-            self._opened.check()
         except exu.ExudynError as error:
             raise_as_itself(original(error), error)
 

@@ -99,8 +99,8 @@ def _between(
 ) -> None:
     """Frames, points and axes of what lies between two markers."""
     for side, marker in enumerate((one.marker_0, one.marker_1)):
-        row[1 + side], row[rows.POINTS[side]] = frames.place_of_marker(what, int(marker))
-        row[rows.AXES[side]] = axes.ravel()
+        row[1 + side], row[rows.POINTS[side]], own = frames.place_of_marker(what, int(marker))
+        row[rows.AXES[side]] = (own @ axes).ravel()
 
 
 def _turned_to(axis: np.ndarray, column: int) -> np.ndarray:
@@ -147,8 +147,8 @@ def _joint(
         raise ParameterError(f"{what}: free axes of {shown}, are {', '.join(free)}, {given}")
     for side in range(2):
         marker = int(item["markerNumbers"][side])
-        row[1 + side], row[rows.POINTS[side]] = frames.place_of_marker(what, marker)
-        row[rows.AXES[side]] = _axes_of(item, side).ravel()
+        row[1 + side], row[rows.POINTS[side]], own = frames.place_of_marker(what, marker)
+        row[rows.AXES[side]] = (own @ _axes_of(item, side)).ravel()
     if axis[0] == "t":
         row[rows.KIND], row[rows.AXIS] = rows.DISPLACEMENT, "xyz".index(axis[1])
         return "m"

@@ -1,0 +1,128 @@
+"""The equations of a constrained system as Exudyn has them, on a solver object of our own.
+
+With coordinates x, the Jacobian G of the constraints, and D where Exudyn keeps equations of
+multipliers alone, as of a joint's free axes,
+
+    [M  G^T] [ x'' ]   [Q - H]
+    [G  D  ] [-mu  ] = [gamma].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import exudyn as exu
+import numpy as np
+from scipy.linalg.lapack import dgesv
+
+from .rotations import advance
+from .state import State
+
+# Largest displacement for central differences along the motion [m or rad]: what is cut off and what
+# is rounded are both 1e-10 of the accelerations.
+DISPLACEMENT = 1e-5
+FASTEST = 10.0  # m/s or rad/s; slower systems move less
+
+
+class ConstrainedEquations:
+    """Of a system at its current state.
+
+    Parameters
+    ----------
+    mbs : exudyn.MainSystem
+    solver : exudyn.MainSolverImplicitSecondOrder
+        Initialized with it.
+    state : State
+        Of the whole system.
+    """
+
+    def __init__(
+        self, mbs: exu.MainSystem, solver: exu.MainSolverImplicitSecondOrder, state: State
+    ) -> None:
+        data = mbs.systemData
+        n, first_order = data.ODE2Size(), data.ODE1Size()
+        self._mbs, self._solver, self._data, self._n = mbs, solver, data, n
+        self._x, self._speeds = state.current[:2]
+        self._multipliers = data.GetSystemStateDict(reference=True)["AECoords"]
+        self._algebraic = slice(n + first_order, None)
+        self._kept = np.r_[0:n, n + first_order : data.SystemSize()]
+        self.number = self._multipliers.size
+
+    def matrix(self, stiffness: float = 0.0, damping: float = 0.0) -> np.ndarray:
+        """[[M, G^T], [G, D]]; M with so much of the forces' slopes over x and x'."""
+        solver, mbs, n = self._solver, self._mbs, self._n
+        solver.ComputeJacobianODE2RHS(mbs, stiffness, damping, 0.0)
+        solver.ComputeJacobianAE(mbs, 1.0, 1.0, 0.0, False)  # rolling is of velocities alone
+        K = np.asarray(solver.GetSystemJacobian())
+        if K.shape[0] != self._kept.size:
+            K = K[np.ix_(self._kept, self._kept)]
+        solver.ComputeMassMatrix(mbs)
+        K[:n, :n] += solver.GetSystemMassMatrix()
+        K[:n, n:] = K[n:, :n].T
+        return K
+
+    @contextmanager
+    def free(self) -> Iterator[None]:
+        """Be without constraint forces, which Exudyn takes for forces and for what is lacking."""
+        kept = self._multipliers.copy()
+        try:
+            self._multipliers[:] = 0.0
+            yield
+        finally:
+            self._multipliers[:] = kept
+
+    def forces(self) -> np.ndarray:
+        """Q - H (N,), where the system is `free`."""
+        self._solver.ComputeODE2RHS(self._mbs)
+        return np.asarray(self._solver.GetSystemResidual())[: self._n]
+
+    def lacking(self, velocity: bool) -> np.ndarray:
+        """What the constraints lack, at position or velocity level, where the system is `free`."""
+        self._solver.ComputeAlgebraicEquations(self._mbs, velocity)
+        return np.asarray(self._solver.GetSystemResidual())[self._algebraic]
+
+    def demanded(self, vectors: np.ndarray, reference: np.ndarray) -> np.ndarray:
+        """gamma, the accelerations that constraints ask for, where the system is `free`.
+
+        By central differences along the motion; `vectors`, `reference` as in `advance`.
+        """
+        e, gamma = short_time(self._speeds), np.zeros(self.number)
+        for side in (e, -e):
+            with self.moved(side, vectors, reference):
+                gamma -= self.lacking(velocity=True) / (2.0 * side)
+        return gamma
+
+    @contextmanager
+    def moved(self, time: float, vectors: np.ndarray, reference: np.ndarray) -> Iterator[None]:
+        """Be a short time [s] further on along the motion."""
+        x, t = self._x.copy(), self._data.GetTime()
+        try:
+            advance(vectors, reference, self._x, time * self._speeds)
+            self._data.SetTime(t + time)
+            yield
+        finally:
+            self._x[:] = x
+            self._data.SetTime(t)
+
+
+def short_time(speeds: np.ndarray) -> float:
+    """For differences along a motion [s]."""
+    return DISPLACEMENT / max(FASTEST, float(np.abs(speeds).max()))
+
+
+def solved(K: np.ndarray, right: np.ndarray) -> np.ndarray | None:
+    """The solutions for right-hand sides (N + c, k); None if there are none."""
+    _, _, solution, failed = dgesv(K, right)
+    return None if failed or not np.isfinite(solution).all() else solution
+
+
+def rotation_vectors(mbs: exu.MainSystem) -> np.ndarray:
+    """First coordinates of all rotation vectors in the system."""
+    data = mbs.systemData
+    first = [
+        data.GetNodeLTGODE2(k)[3]
+        for k in range(data.NumberOfNodes())
+        if mbs.GetNode(k)["nodeType"] == "RigidBodyRotVecLG"
+    ]
+    return np.array(first, dtype=np.int64)

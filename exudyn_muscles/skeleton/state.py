@@ -1,0 +1,53 @@
+"""Views of a system's state."""
+
+from __future__ import annotations
+
+import exudyn as exu
+import numpy as np
+
+COORDINATES = ("ODE2Coords", "ODE2Coords_t", "ODE2Coords_tt")
+
+
+class State:
+    """Views of Exudyn's arrays, which dangle once the system has grown.
+
+    Attributes
+    ----------
+    current, at_start : tuple of three ndarray
+        The whole system's coordinates, speeds and accelerations, and those at the step's start.
+    q, v, a : (N,) ndarray
+        The tree's part of the current ones.
+    start : tuple of three (N,) ndarray
+        Its part of those at the start of the step.
+    """
+
+    def __init__(self, mbs: exu.MainSystem, rows: slice) -> None:
+        self._data = mbs.systemData
+        self.current, self.at_start = (
+            tuple(
+                self._data.GetSystemStateDict(configuration=kind, reference=True)[name]
+                for name in COORDINATES
+            )
+            for kind in (exu.ConfigurationType.Current, exu.ConfigurationType.StartOfStep)
+        )
+        self.q, self.v, self.a = (array[rows] for array in self.current)
+        self.start = tuple(array[rows] for array in self.at_start)
+
+    def snapshot(self) -> tuple[list[np.ndarray], float]:
+        """The system's current coordinates, speeds, accelerations and time."""
+        return [array.copy() for array in self.current], self._data.GetTime()
+
+    def restore(self, snapshot: tuple[list[np.ndarray], float]) -> None:
+        """Put a snapshot back."""
+        arrays, time = snapshot
+        for array, values in zip(self.current, arrays, strict=True):
+            array[:] = values
+        self._data.SetTime(time)
+
+    def go_on_until(self, t: float) -> None:
+        """Put all bodies where their state at the start of the step leads with constant
+        acceleration, which is of second order."""
+        h = t - self._data.GetTime(exu.ConfigurationType.StartOfStep)
+        q_0, v_0, a_0 = self.at_start
+        self.current[0][:] = q_0 + h * v_0 + 0.5 * h * h * a_0
+        self.current[1][:] = v_0 + h * a_0
