@@ -34,6 +34,8 @@ def summary(name: str, trajectory: Trajectory) -> str:
         f"{counts.newton_iterations} Newton iterations, {counts.rejected_steps} rejected steps"
     )
     lines.append(f"unmet torque [N m, or N]: {trajectory.unmet_torque_report() or 'none'}")
+    if drift := trajectory.max_constraint_drift:
+        lines.append(f"largest violation of constraints [m, rad, or 1]: {drift:.2g}")
     return "\n".join(lines)
 
 
@@ -93,6 +95,10 @@ def comparison_text(
         f"CPU time: the best of {_number(arguments.repeat, 'run')} in a warm process.",
         f"Largest difference of excitations: Static - CSF {static:.4f}, CMC - CSF {cmc:.4f}.",
     ]
+    drifts = {METHODS[name]: result.max_constraint_drift for name, result in results.items()}
+    if any(drifts.values()):
+        each = ", ".join(f"{label} {drift:.2g}" for label, drift in drifts.items())
+        notes.append(f"Largest violation of constraints [m, rad, or 1]: {each}.")
     if len(model.coordinates) > 1:
         for method, label in METHODS.items():
             if method != "static":
@@ -114,6 +120,7 @@ def figures_of_merit(trajectory: Trajectory, cpu_time: float) -> dict[str, Any]:
         "window_integrations_per_step": counts.window_integrations / windows,
         "newton_iterations_per_step": counts.newton_iterations / max(counts.steps, 1),
         "max_unmet_torque": trajectory.max_unmet_torque,
+        "max_constraint_drift": trajectory.max_constraint_drift,
     }
 
 

@@ -149,7 +149,10 @@ def static_optimization(
                     a, l_t, reserve, window = muscles.excite(recruited)
                     torque = recruited.recruitment.torque
                     counts.steps += 1
-                record.add(Row(t, (q_d[n], v_d[n], a_d[n], a, l_t, torque), reserve, window, place))
+                whole = skeleton.x, skeleton.drift
+                point = q_d[n], v_d[n], a_d[n], *whole, a, l_t, torque
+                # The place itself may be a view of the current state.
+                record.add(Row(t, point, reserve, window, (*point[:2], *place[2:])))
                 last = geometry
                 if progress is not None:
                     progress(t)

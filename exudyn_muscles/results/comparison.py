@@ -11,7 +11,8 @@ from ..errors import ParameterError
 from .quantities import QUANTITIES, Quantity, Scale, When
 
 SAME = (
-    "method", "coordinate_names", "coordinate_units", "muscle_names", "reserve_names", "status",
+    "method", "coordinate_names", "coordinate_units", "system_names", "muscle_names",
+    "reserve_names", "status",
 )  # fmt: skip
 # Torques of muscles that hold against each other cancel: then their scale is that of the largest
 # tendon force at an arm of this share of the longest muscle.

@@ -7,6 +7,7 @@ A new quantity is a row here, a field of `Trajectory`, and what the recorder sup
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
@@ -23,9 +24,10 @@ class When(Enum):
 
 
 class Owner(Enum):
-    """What the columns are: n coordinates, m muscles, or r reserves."""
+    """What the columns are: n coordinates, N of the whole system, m muscles, or r reserves."""
 
     COORDINATES = "n"
+    SYSTEM = "N"
     MUSCLES = "m"
     RESERVES = "r"
 
@@ -57,6 +59,8 @@ class Quantity:
     description : str
     since : int
         Version of the file format that has it first.
+    before : float
+        Its value in older files.
     other_name : str
         For users of `compare`, `to_dataframe` and the command line, if it is not that of the field.
     """
@@ -69,6 +73,7 @@ class Quantity:
     scale: Scale
     description: str
     since: int = 1
+    before: float = math.nan
     other_name: str = ""
 
     @property
@@ -96,12 +101,13 @@ class Quantity:
 
 NAMES_OF = {
     Owner.COORDINATES: "coordinate_names",
+    Owner.SYSTEM: "system_names",
     Owner.MUSCLES: "muscle_names",
     Owner.RESERVES: "reserve_names",
 }
 
 _START, _POINTS, _WINDOWS, _ENDS = When
-_COORDINATES, _MUSCLES, _RESERVES = Owner
+_COORDINATES, _SYSTEM, _MUSCLES, _RESERVES = Owner
 _NONE, _FORCE, _TORQUE = Scale
 
 # In the order of `compare`. The window integration may choose other steps on another machine:
@@ -113,6 +119,15 @@ QUANTITIES = (
     Quantity("coordinates", _POINTS, _COORDINATES, "rad or m", 1e-6, _NONE, "q"),
     Quantity("speeds", _POINTS, _COORDINATES, "rad/s or m/s", 1e-5, _NONE, "q'"),
     Quantity("accelerations", _POINTS, _COORDINATES, "rad/s^2 or m/s^2", 1e-3, _NONE, "q''"),
+    Quantity(
+        "system_coordinates", _POINTS, _SYSTEM, "rad, m or 1", 1e-6, _NONE,
+        "x of a system of bodies and joints, as Exudyn has them; of a tree N is 0", since=4,
+    ),
+    Quantity(
+        "constraint_drift", _POINTS, None, "rad, m or 1", 1e-6, _NONE,
+        "by how much the constraints of a system are violated at most; zero without",
+        since=4, before=0.0,
+    ),
     Quantity("activations", _POINTS, _MUSCLES, "", 2e-4, _NONE, "a"),
     Quantity("tendon_forces", _POINTS, _MUSCLES, "N", 2e-4, _FORCE, "F"),
     Quantity("musculotendon_lengths", _POINTS, _MUSCLES, "m", 1e-6, _NONE, "l"),

@@ -25,7 +25,8 @@ SMALL_ARM = 1e-3
 
 # The fields of a trajectory that a row's point and its window have, in their order.
 POINT = (
-    "coordinates", "speeds", "accelerations", "activations", "tendon_lengths", "torques_delivered",
+    "coordinates", "speeds", "accelerations", "system_coordinates", "constraint_drift",
+    "activations", "tendon_lengths", "torques_delivered",
 )  # fmt: skip
 WINDOW = (
     "excitation_values", "torques_demanded", "torques_unmet", "force_min", "force_optimal",
@@ -48,7 +49,7 @@ class Row(NamedTuple):
     """What is recorded of an accepted time: the point there, and the window that leads to it."""
 
     time: float
-    point: tuple[np.ndarray, ...]  # as POINT
+    point: tuple[np.ndarray | float, ...]  # as POINT
     reserve: np.ndarray
     window: Window | None  # None: the one before goes on
     place: tuple  # what the model's geometry takes there
@@ -130,6 +131,7 @@ class Recorder:
         names: dict[str, Any] = {
             "coordinate_names": model.coordinates,
             "coordinate_units": model.skeleton.units,
+            "system_names": model.skeleton.system_names,
             "muscle_names": model.muscles.names,
             "reserve_names": actuator_names(model.reserves),
         }
@@ -213,7 +215,7 @@ def _saturated(
 
 
 def _stacked(
-    fields: Sequence[str], rows: Sequence[tuple[np.ndarray, ...]], names: dict[str, Any]
+    fields: Sequence[str], rows: Sequence[tuple[np.ndarray | float, ...]], names: dict[str, Any]
 ) -> dict[str, Any]:
     """The fields whose rows these are."""
     if rows:

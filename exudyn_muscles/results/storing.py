@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import ResultFileError, cut
 from ..files.disk import read_arrays, write_arrays
 from .counts import Counts, Status
-from .quantities import QUANTITIES
+from .quantities import NAMES_OF, QUANTITIES
 
 FORMAT = "exudyn_muscles.Trajectory"
 # Three minutes of 20 coordinates and 100 muscles in steps of 1 ms; those of the tests have 1 MB.
@@ -34,8 +34,8 @@ def write_fields(file: str | Path, fields: Mapping[str, Any]) -> None:
 def read_fields(file: str | Path) -> dict[str, Any]:
     """All fields of a trajectory, which fit each other.
 
-    What files of older versions lack is NaN, or what was meant then: angles, and no saturated
-    muscles.
+    What files of older versions lack is NaN, or what was meant then: angles, no saturated muscles,
+    a tree without constraints.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def read_fields(file: str | Path) -> dict[str, Any]:
         fields["counts"] = Counts(**fields["counts"])
     except (TypeError, KeyError) as error:
         raise ResultFileError(f"{file}: damaged header ({error!r})") from error
-    for name in ("coordinate_names", "coordinate_units", "muscle_names", "reserve_names"):
+    for name in (*NAMES_OF.values(), "coordinate_units"):
         fields[name] = tuple(fields[name])
     fields["saturated"] = tuple(map(tuple, fields["saturated"]))
     _check_sizes(fields, file)
@@ -85,10 +85,10 @@ def _complete(fields: dict[str, Any], version: int, file: str | Path) -> None:
     if foreign:
         raise ResultFileError(f"{file}: a trajectory has no {cut(str(sorted(foreign)))}")
     for name, (_, usual) in ADDED.items():
-        fields.setdefault(name, [usual] * len(fields["coordinate_names"]))
+        fields.setdefault(name, usual * len(fields["coordinate_names"]))
     for one in QUANTITIES:
         if one.field not in fields:
-            fields[one.field] = np.full(one.shape(fields), np.nan)
+            fields[one.field] = np.full(one.shape(fields), one.before)
 
 
 def _check_sizes(fields: Mapping[str, Any], file: str | Path) -> None:
@@ -130,6 +130,7 @@ KINDS: dict[str, Callable[[Any], bool]] = {
     "status": _is_text,
     "coordinate_names": _are_texts,
     "coordinate_units": lambda value: _are_texts(value) and set(value) <= UNITS,
+    "system_names": _are_texts,
     "muscle_names": _are_texts,
     "reserve_names": _are_texts,
     "saturated": lambda value: isinstance(value, list) and all(map(_are_texts, value)),
@@ -140,5 +141,7 @@ KINDS: dict[str, Callable[[Any], bool]] = {
 }
 # Those of them that not every version has: the first that always does, and what stands for each
 # coordinate's.
-ADDED: dict[str, tuple[int, Any]] = {"coordinate_units": (2, "rad"), "saturated": (3, [])}
+ADDED: dict[str, tuple[int, list]] = {
+    "coordinate_units": (2, ["rad"]), "saturated": (3, [[]]), "system_names": (4, []),
+}  # fmt: skip
 FORMAT_VERSION = max(*(one.since for one in QUANTITIES), *(first for first, _ in ADDED.values()))

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 class Trajectory:
     __doc__ = f"""The result of a method.
 
-    It has T points of time, K windows, n coordinates, m muscles and r reserves.
+    It has T points of time, K windows, n coordinates, m muscles and r reserves; of a skeleton that
+    is no tree also the N coordinates of the whole system, passive ones among them.
 
     Attributes
     ----------
@@ -33,6 +34,8 @@ class Trajectory:
         most.
     coordinate_units : tuple of str
         rad or m.
+    system_names : tuple of N str
+        Of the coordinates of the whole system, by their nodes; empty for a tree.
     status, message
         How the run ended.
     counts : Counts
@@ -45,12 +48,15 @@ class Trajectory:
     method: str
     coordinate_names: tuple[str, ...]
     coordinate_units: tuple[str, ...]
+    system_names: tuple[str, ...]
     muscle_names: tuple[str, ...]
     reserve_names: tuple[str, ...]
     time: np.ndarray
     coordinates: np.ndarray
     speeds: np.ndarray
     accelerations: np.ndarray
+    system_coordinates: np.ndarray
+    constraint_drift: np.ndarray
     activations: np.ndarray
     tendon_forces: np.ndarray
     musculotendon_lengths: np.ndarray
@@ -109,6 +115,11 @@ class Trajectory:
             max(np.abs(self.torques_unmet).max(initial=0.0), np.abs(self.start_unmet).max())
         )
 
+    @property
+    def max_constraint_drift(self) -> float:
+        """Largest violation of the system's constraints [rad, m or 1]; zero without."""
+        return float(np.fmax.reduce(self.constraint_drift, initial=0.0))
+
     def unmet_torque_report(self) -> str:
         """One line a coordinate that fell short: how often, how far, when; empty if none did."""
         lines = []
@@ -166,11 +177,13 @@ class Trajectory:
         window = np.searchsorted(self.window_time, self.time - 1e-12) - 1
         window = np.clip(window, 0, self.windows - 1)
         rows = {When.POINTS: slice(None), When.WINDOWS: window, When.ENDS: window + 1}
-        columns: dict[str, np.ndarray] = {"time": self.time}
+        columns: dict[str, np.ndarray] = {}
         for quantity in QUANTITIES:
             if quantity.when is When.START or not (self.windows or quantity.when is When.POINTS):
                 continue
             array = getattr(self, quantity.field)[rows[quantity.when]]
+            if array.ndim == 1 and quantity.when is When.POINTS:
+                columns[quantity.name] = array
             for k, name in enumerate(quantity.columns(vars(self))):
                 columns[f"{quantity.name}/{name}"] = array[:, k]
         return pandas.DataFrame(columns)

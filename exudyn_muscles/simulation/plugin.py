@@ -318,7 +318,8 @@ class Plugin(ABC):
         state, skeleton = self.state, self.skeleton
         place = skeleton.place
         current = place[0], place[1], skeleton.acceleration
-        point = *(x.copy() for x in current), state.a, state.l_t, skeleton.applied(place)
+        whole = skeleton.x, skeleton.drift
+        point = *(x.copy() for x in current), *whole, state.a, state.l_t, skeleton.applied(place)
         state.record.add(Row(t, point, reserve, window, (*point[:2], *place[2:])))
 
     def _check_start(self, mbs: exu.MainSystem, t: float) -> None:

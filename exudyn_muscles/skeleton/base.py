@@ -19,6 +19,7 @@ from ..path.paths import Paths
 from .geometry import Geometry
 from .hold import Hold
 from .opened import Dynamics
+from .shown import Sticks
 from .state import State
 
 
@@ -47,6 +48,8 @@ class ExudynSkeleton(ABC):
         Their units, rad or m.
     tree_coordinates : tuple of str
         Names of those that paths and functions may depend on, dependent ones included.
+    system_names : tuple of str
+        Names of the N coordinates x of the whole system; none of a tree, whose coordinates say all.
     rows, free : slice or int ndarray
         In Exudyn's Newton matrix, the rows that the plugin replaces, and among its columns those
         that `Plugin.jacobian` is about.
@@ -56,6 +59,7 @@ class ExudynSkeleton(ABC):
     coordinates: tuple[str, ...]
     units: tuple[str, ...]
     tree_coordinates: tuple[str, ...]
+    system_names: tuple[str, ...]
     rows: slice
     free: slice | np.ndarray
 
@@ -107,6 +111,17 @@ class ExudynSkeleton(ABC):
 
         From those of the independent ones, (..., n) each.
         """
+
+    # Pictures.
+
+    @abstractmethod
+    def frames_shown(self, near: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Frames R (f, 3, 3), p (f, 3) that paths are on, and the values of `tree_coordinates`,
+        at Exudyn's visualization state; `near` as of `open`."""
+
+    @abstractmethod
+    def sticks(self) -> Sticks:
+        """How the skeleton is drawn."""
 
     # The initial state, as the next run will use it.
 
@@ -181,6 +196,16 @@ class ExudynSkeleton(ABC):
     @abstractmethod
     def start(self) -> tuple[np.ndarray, ...]:
         """The same three at the start of the step."""
+
+    @property
+    @abstractmethod
+    def x(self) -> np.ndarray:
+        """Coordinates (N,) of the current state, as `system_names` names them."""
+
+    @property
+    @abstractmethod
+    def drift(self) -> float:
+        """By how much the constraints are violated at most there [rad, m or 1]."""
 
     @property
     @abstractmethod

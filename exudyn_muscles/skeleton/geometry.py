@@ -14,7 +14,7 @@ from ..forces.jacobian import generalized
 from ..numerics.curves import PackedCurves
 from ..numerics.kernel import kernel
 from ..path.geometry import path_geometry, space_for
-from ..path.lines import lines, surfaces
+from ..path.lines import lines
 from ..path.paths import Paths
 from .tree import Tree, link_frames, tree_frames
 
@@ -129,9 +129,3 @@ def path_points(tree: Tree, paths: Paths, q: ArrayLike) -> list[np.ndarray]:
     q = np.asarray(q, dtype=float)
     R, p, _ = tree_frames(tree, q)
     return lines(paths, R, p, q)
-
-
-def surfaces_at(tree: Tree, paths: Paths, q: ArrayLike) -> list[tuple[int, np.ndarray, float]]:
-    """The `surfaces` at the tree's coordinates `q` (n,)."""
-    R, p, _ = tree_frames(tree, np.asarray(q, dtype=float))
-    return surfaces(paths, R, p)

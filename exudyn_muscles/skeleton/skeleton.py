@@ -26,7 +26,10 @@ from .hold import Hold, hold
 from .independent import Independent
 from .opened import Dynamics, NotOpen, Opened
 from .reading import check_assembled, check_unconstrained, original, raise_as_itself, read_tree
-from .tree import PRISMATIC
+from .shown import Sticks, coordinates_shown, tree_sticks
+from .tree import PRISMATIC, tree_frames
+
+NO_COORDINATES = np.empty(0)
 
 
 class Skeleton(ExudynSkeleton):
@@ -91,6 +94,7 @@ class Skeleton(ExudynSkeleton):
         free = self.basis.part(np.arange(n))
         self.tree_coordinates = tuple(names)
         self.coordinates = tuple(names[j] for j in free)
+        self.system_names = ()
         self.units = tuple("m" if self.tree.joints[j] >= PRISMATIC else "rad" for j in free)
         first = mbs.systemData.GetObjectLTGODE2(tree)[0]
         self.rows = slice(first, first + n)
@@ -126,6 +130,13 @@ class Skeleton(ExudynSkeleton):
 
     def state_of_tree(self, *state: np.ndarray) -> tuple[np.ndarray, ...]:
         return self.basis.state_of_tree(*state)
+
+    def frames_shown(self, near: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        q = coordinates_shown(self.mbs)[self.rows]
+        return *tree_frames(self.tree, q)[:2], q
+
+    def sticks(self) -> Sticks:
+        return tree_sticks(self.mbs, int(self.object), self.tree, self.rows)
 
     # The initial state, as the next run will use it.
 
@@ -213,6 +224,14 @@ class Skeleton(ExudynSkeleton):
     def tree_state(self) -> tuple[np.ndarray, np.ndarray]:
         """All coordinates of the tree and their speeds (N,) in the current state."""
         return self.basis.state(self._opened)
+
+    @property
+    def x(self) -> np.ndarray:
+        return NO_COORDINATES
+
+    @property
+    def drift(self) -> float:
+        return 0.0
 
     @property
     def place(self) -> tuple:

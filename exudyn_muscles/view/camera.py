@@ -9,7 +9,7 @@ import exudyn as exu
 import numpy as np
 
 from ..results.trajectory import Trajectory
-from .scene import MASS_RADIUS, Scene
+from .scene import MASS_RADIUS, Scene, poses
 
 LEGEND_WIDTH = 0.16  # part of the image that the model leaves free
 MARGIN = 0.06  # part of the image around the model
@@ -29,8 +29,8 @@ def aimed(
     """Aim at the middle of all points of a trajectory's poses, as near as they all fit in; settings
     and view are the user's again afterwards."""
     rows = np.unique(np.linspace(0, len(trajectory.time) - 1, POSES).astype(int))
-    (q,) = scene.model.state_of_tree(trajectory.coordinates[rows])
-    points = np.vstack([scene.points(row) for row in q])
+    initial, _ = scene.model.skeleton.initial_arrays()
+    points = scene.points(poses(scene.model, trajectory, initial)[rows])
     seen = points @ directions.T
     thickness = MASS_RADIUS * scene.size
     low, high = seen.min(axis=0) - thickness, seen.max(axis=0) + thickness

@@ -10,10 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import exudyn as exu
-import numpy as np
 from exudyn.utilities import ObjectGround, VObjectGround
 
-from ..skeleton.skeleton import Skeleton
 from .scene import Scene
 
 LAYER = "exudyn_muscles.view"
@@ -21,13 +19,12 @@ LAYER = "exudyn_muscles.view"
 
 @contextmanager
 def drawn(scene: Scene, container: exu.SystemContainer) -> Iterator[None]:
-    """Let a container draw a scene; sticks replace the tree meanwhile."""
+    """Let a container draw a scene; what it replaces is hidden meanwhile."""
     mbs = scene.model.mbs
     layer = _layer(container)
-    hidden = _own_graphics(scene.model.skeleton) if scene.sticks else []
-    shown = [mbs.GetObjectParameter(number, "Vshow") for number in hidden]
+    shown = {number: mbs.GetObjectParameter(number, "Vshow") for number in scene.replaced}
     try:
-        for number in hidden:
+        for number in shown:
             # Unlike VshowLinks and VshowJoints, this acts after assembly.
             mbs.SetObjectParameter(number, "Vshow", False)
         layer.AddObject(
@@ -38,29 +35,8 @@ def drawn(scene: Scene, container: exu.SystemContainer) -> Iterator[None]:
     finally:
         layer.Reset()
         layer.variables[LAYER] = True
-        for number, before in zip(hidden, shown, strict=True):
+        for number, before in shown.items():
             mbs.SetObjectParameter(number, "Vshow", before)
-
-
-def _own_graphics(skeleton: Skeleton) -> list[int]:
-    """The tree, and the ground that `CreateKinematicTree` makes just before it.
-
-    That one has a block to every first joint that is not at the base, no name, and the base for its
-    position.
-    """
-    mbs, tree = skeleton.mbs, skeleton.tree
-    number = int(skeleton.object)
-    blocks = int((tree.offsets[tree.parents < 0] != 0.0).any(axis=1).sum())
-    if number == 0 or blocks == 0:
-        return [number]
-    before = mbs.GetObject(number - 1)
-    is_own = (
-        before["objectType"] == "Ground"
-        and before["name"] == f"object{number - 1}"
-        and np.array_equal(before["referencePosition"], tree.base)
-        and len(before["VgraphicsData"]) == blocks
-    )
-    return [number, number - 1] if is_own else [number]
 
 
 def _layer(container: exu.SystemContainer) -> exu.MainSystem:

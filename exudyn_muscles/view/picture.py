@@ -40,7 +40,8 @@ def render(
     model : MusculoskeletalModel
     trajectory : Trajectory
     time : float
-        Between the first and the last time of the trajectory [s].
+        Between the first and the last time of the trajectory [s]. Bodies of a system that is no
+        tree are where they were at the nearest point of time.
     file : str or Path
         The extension decides the format, `.png` for example.
     size : (int, int), optional
@@ -49,7 +50,8 @@ def render(
         Global directions that point to the right, upwards and to the viewer, one a row; x, y, z if
         left out.
     sticks : bool, optional
-        Draw the links as sticks in place of the graphics that the tree was created with.
+        Draw the links as sticks in place of the graphics that the tree was created with; in other
+        systems bodies without graphics of their own, and their joints.
 
     Raises
     ------
@@ -88,11 +90,14 @@ def render(
 @contextmanager
 def _posed(model: MusculoskeletalModel, trajectory: Trajectory, time: float) -> Iterator[None]:
     """Put the current state, which Exudyn draws without a window, to a time of a trajectory."""
-    data, rows = model.mbs.systemData, model.skeleton.rows
+    data, skeleton = model.mbs.systemData, model.skeleton
     before, time_before = np.array(data.GetODE2Coordinates()), data.GetTime()
-    posed = before.copy()
-    now = np.array([np.interp(time, trajectory.time, q) for q in trajectory.coordinates.T])
-    (posed[rows],) = model.state_of_tree(now)
+    if trajectory.system_names:  # between two poses the constraints would not be met
+        posed = trajectory.system_coordinates[np.abs(trajectory.time - time).argmin()]
+    else:
+        posed = before.copy()
+        now = np.array([np.interp(time, trajectory.time, q) for q in trajectory.coordinates.T])
+        (posed[skeleton.rows],) = model.state_of_tree(now)
     try:
         data.SetODE2Coordinates(posed)
         data.SetTime(time)

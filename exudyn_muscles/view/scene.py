@@ -1,7 +1,6 @@
 """What is drawn of a model: muscles, wrapping surfaces, and sticks from joint to joint.
 
-The sticks take the place of the tree's own graphics, unless `sticks=False`: Exudyn does not tell
-graphics that the user made from the blocks that it makes itself.
+The sticks take the place of graphics in which the muscles would not be seen, unless `sticks=False`.
 """
 
 from __future__ import annotations
@@ -14,10 +13,10 @@ from exudyn import graphics
 
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
-from ..path.paths import Paths
+from ..path.lines import lines, surfaces
 from ..path.surfaces import CYLINDER
 from ..results.trajectory import Trajectory
-from ..skeleton.geometry import path_points, surfaces_at
+from ..skeleton.shown import VISUALIZATION
 from .colors import BONE, JOINT, SURFACE, activation_color
 
 UNLIMITED = 3.0  # half the length that is drawn of an unlimited cylinder, in radii
@@ -27,7 +26,6 @@ BONE_RADIUS = 0.014
 JOINT_RADIUS = 0.022
 MASS_RADIUS = 0.035
 TILES = 16
-VISUALIZATION = exu.ConfigurationType.Visualization
 
 
 class Scene:
@@ -36,65 +34,53 @@ class Scene:
     def __init__(
         self, model: MusculoskeletalModel, trajectory: Trajectory | None, sticks: bool
     ) -> None:
-        self.model, self.sticks, self._trajectory = model, sticks, trajectory
-        mbs, tree = model.mbs, model.skeleton.object
-        item = mbs.GetObject(tree)
-        parents = model.skeleton.tree.parents
-        centers = np.array(item["linkCOMs"].GetPythonObject(), dtype=float).reshape(-1, 3)
-        ends = [i for i in range(len(parents)) if i not in parents]
-        origin = np.zeros(3)
-        pairs = [
-            [(origin, parent), (origin, link)] for link, parent in enumerate(parents) if parent >= 0
-        ]
-        pairs += [[(origin, link), (centers[link], link)] for link in ends]
-        points = [point for pair in pairs for point in pair]
-        self._stick_paths = Paths.straight(
-            positions=np.array([position for position, _ in points]),
-            links=np.array([link for _, link in points], dtype=np.int64),
-            starts=2 * np.arange(len(pairs) + 1),
-        )
-        self._number_of_ends = len(ends)
-        data = mbs.systemData
-        initial = data.GetODE2Coordinates(configuration=exu.ConfigurationType.Initial)
-        self.size = float(np.ptp(self.points(initial[model.skeleton.rows]), axis=0).max()) or 1.0
+        self.model, self._trajectory = model, trajectory
+        self._sticks, self._draws_sticks = model.skeleton.sticks(), sticks
+        initial, _ = model.skeleton.initial_arrays()
+        self.size = float(np.ptp(self.points(initial[None]), axis=0).max()) or 1.0
 
-    def points(self, q: np.ndarray) -> np.ndarray:
-        """All points that are drawn at coordinates `q` (n,), (k, 3) [m]."""
-        tree = self.model.skeleton.tree
-        points = path_points(tree, self.model.paths, q)
-        return np.vstack(points + (self._stick_points(q) if self.sticks else []))
+    @property
+    def replaced(self) -> tuple[int, ...]:
+        """The objects of the `mbs` in whose place something else is drawn."""
+        return self._sticks.replaced if self._draws_sticks else ()
+
+    def points(self, poses: np.ndarray) -> np.ndarray:
+        """All points (j, 3) that are drawn in poses (k, N) of the whole system [m]."""
+        data, found = self.model.mbs.systemData, []
+        before = np.array(data.GetODE2Coordinates(configuration=VISUALIZATION))
+        try:
+            for x in poses:
+                data.SetODE2Coordinates(x, configuration=VISUALIZATION)
+                R, p, q = self.model.skeleton.frames_shown(None)
+                found += lines(self.model.paths, R, p, q)
+                found.append(self._sticks.points().reshape(-1, 3))
+                found.append(self._sticks.outline(not self._draws_sticks))
+        finally:
+            data.SetODE2Coordinates(before, configuration=VISUALIZATION)
+        return np.vstack(found)
 
     def draw(self, mbs: exu.MainSystem, number: int) -> list[dict]:
         """Graphics of all muscles and sticks; Exudyn calls this at every redraw."""
-        data = self.model.mbs.systemData
-        q = np.array(data.GetODE2Coordinates(configuration=VISUALIZATION))
-        q = q[self.model.skeleton.rows]
-        items = self._links(q) if self.sticks else []
-        colors = map(activation_color, self._activations(data.GetTime(VISUALIZATION)))
-        paths = path_points(self.model.skeleton.tree, self.model.paths, q)
-        for points, color in zip(paths, colors, strict=True):
+        model, time = self.model, self.model.mbs.systemData.GetTime(VISUALIZATION)
+        q = a = None
+        if self._trajectory is not None:
+            q, a = (
+                np.array([np.interp(time, self._trajectory.time, x) for x in values.T])
+                for values in (self._trajectory.coordinates, self._trajectory.activations)
+            )
+        R, p, q = model.skeleton.frames_shown(q)
+        items = self._links() if self._draws_sticks else []
+        colors = map(activation_color, np.full(len(model.muscles), np.nan) if a is None else a)
+        for points, color in zip(lines(model.paths, R, p, q), colors, strict=True):
             items += self._rod(points, MUSCLE_RADIUS * self.size, color)
-        return items + [
-            self._surface(*surface)
-            for surface in surfaces_at(self.model.skeleton.tree, self.model.paths, q)
-        ]
+        return items + [self._surface(*surface) for surface in surfaces(model.paths, R, p)]
 
-    def _activations(self, time: float) -> np.ndarray:
-        one = self._trajectory
-        if one is None:
-            return np.full(len(self.model.muscles), np.nan)
-        return np.array([np.interp(time, one.time, a) for a in one.activations.T])
-
-    def _stick_points(self, q: np.ndarray) -> list[np.ndarray]:
-        return path_points(self.model.skeleton.tree, self._stick_paths, q)
-
-    def _links(self, q: np.ndarray) -> list[dict]:
-        sticks = self._stick_points(q)
+    def _links(self) -> list[dict]:
         items = []
-        for k, stick in enumerate(sticks):
+        for stick, end in zip(self._sticks.points(), self._sticks.ends, strict=True):
             items += self._rod(stick, BONE_RADIUS * self.size, (*BONE, 1.0))
             items.append(self._ball(stick[0], JOINT_RADIUS, JOINT))
-            if k >= len(sticks) - self._number_of_ends:
+            if end:
                 items.append(self._ball(stick[1], MASS_RADIUS, BONE))
         return items
 
@@ -144,6 +130,7 @@ def check_belongs(model: MusculoskeletalModel, trajectory: Trajectory) -> None:
         raise ParameterError("the trajectory has no time points")
     for what, mine, other in (
         ("coordinates", model.coordinates, trajectory.coordinate_names),
+        ("bodies' coordinates", model.skeleton.system_names, trajectory.system_names),
         ("muscles", tuple(model.muscles.names), trajectory.muscle_names),
     ):
         if mine != other:
@@ -151,3 +138,12 @@ def check_belongs(model: MusculoskeletalModel, trajectory: Trajectory) -> None:
                 f"the trajectory belongs to another model: its {what} are {', '.join(other)}, "
                 f"the model's {', '.join(mine)}"
             )
+
+
+def poses(model: MusculoskeletalModel, trajectory: Trajectory, others: np.ndarray) -> np.ndarray:
+    """Coordinates (T, N) of the whole `mbs`; outside a tree those of `others` (N,)."""
+    if trajectory.system_names:
+        return trajectory.system_coordinates
+    found = np.tile(others, (len(trajectory.time), 1))
+    (found[:, model.skeleton.rows],) = model.state_of_tree(trajectory.coordinates)
+    return found

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-import exudyn as exu
 import numpy as np
 
 from ..errors import DisplayError
@@ -15,7 +14,7 @@ from ..model import MusculoskeletalModel
 from ..results.trajectory import Trajectory
 from .camera import FRONT, WINDOW_OPEN, aimed
 from .layer import drawn
-from .scene import Scene, check_belongs
+from .scene import Scene, check_belongs, poses
 
 FRAME_PERIOD = 0.04  # s
 
@@ -37,7 +36,7 @@ def show_muscles(
     trajectory : Trajectory, optional
         Gives the activations; without one the muscles have a neutral color.
     sticks : bool, optional
-        Draw the links as sticks in place of the graphics that the tree was created with.
+        As of `render`.
 
     Raises
     ------
@@ -60,7 +59,8 @@ def show_muscles(
 def solution(trajectory: Trajectory, model: MusculoskeletalModel) -> dict[str, Any]:
     """The motion as Exudyn's `LoadSolutionFile` returns it, for `mbs.SolutionViewer`.
 
-    Coordinates of the `mbs` outside the tree stay at their initial values.
+    Coordinates of the `mbs` outside a tree stay at their initial values. Speeds and accelerations
+    of a system that is no tree are not recorded; they are zero.
 
     Parameters
     ----------
@@ -80,15 +80,16 @@ def solution(trajectory: Trajectory, model: MusculoskeletalModel) -> dict[str, A
         The trajectory is empty or not one of this model.
     """
     check_belongs(model, trajectory)
-    initial = model.mbs.systemData.GetODE2Coordinates(configuration=exu.ConfigurationType.Initial)
+    initial, _ = model.skeleton.initial_arrays()
     n, rows = len(initial), model.skeleton.rows
     data = np.zeros((len(trajectory.time), 1 + 3 * n))
     data[:, 0] = trajectory.time
     q, v, a = (data[:, 1 + k * n : 1 + (k + 1) * n] for k in range(3))
-    q[:] = initial
-    q[:, rows], v[:, rows], a[:, rows] = model.state_of_tree(
-        trajectory.coordinates, trajectory.speeds, trajectory.accelerations
-    )
+    q[:] = poses(model, trajectory, initial)
+    if not trajectory.system_names:
+        _, v[:, rows], a[:, rows] = model.state_of_tree(
+            trajectory.coordinates, trajectory.speeds, trajectory.accelerations
+        )
     return {
         "data": data,
         "columnsExported": [n, n, n, 0, 0, 0, 0],
@@ -105,7 +106,7 @@ def view(model: MusculoskeletalModel, trajectory: Trajectory, *, sticks: bool = 
     model : MusculoskeletalModel
     trajectory : Trajectory
     sticks : bool, optional
-        Draw the links as sticks in place of the graphics that the tree was created with.
+        As of `render`.
 
     Raises
     ------

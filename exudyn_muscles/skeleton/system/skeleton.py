@@ -16,11 +16,14 @@ from ..geometry import Geometry
 from ..hold import Hold, hold
 from ..opened import Dynamics
 from ..reading import check_assembled, original, raise_as_itself
+from ..shown import Sticks
 from .coordinates import Tracked
 from .frame_list import FrameList
 from .geometry import GeometryOnAll, Pose, compile_loads
 from .load_object import force_object
+from .names import system_names
 from .opened import OpenedSystem
+from .shown import frames_shown, system_sticks
 from .tracked_rows import tracked_rows
 
 
@@ -62,6 +65,7 @@ class GeneralSkeleton(ExudynSkeleton):
         self._tracked = tracked_rows(mbs, self._frames, tracked)
         self.coordinates = self.tree_coordinates = tuple(tracked)
         self.units = self._tracked.units
+        self.system_names = system_names(mbs)
         self._size = mbs.systemData.ODE2Size()
         self.rows = self.free = slice(0, self._size)
         self._opened: OpenedSystem | None = None
@@ -100,6 +104,12 @@ class GeneralSkeleton(ExudynSkeleton):
 
     def state_of_tree(self, *state: np.ndarray) -> tuple[np.ndarray, ...]:
         return state
+
+    def frames_shown(self, near: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return frames_shown(self.mbs, self._frames, self._tracked, near)
+
+    def sticks(self) -> Sticks:
+        return system_sticks(self.mbs)
 
     # The initial state.
 
@@ -187,6 +197,14 @@ class GeneralSkeleton(ExudynSkeleton):
         finally:
             state.restore(before)
             self.now.pose()
+
+    @property
+    def x(self) -> np.ndarray:
+        return self.now.state.q.copy()
+
+    @property
+    def drift(self) -> float:
+        return float(np.abs(self.now.equations(velocity=False)).max(initial=0.0))
 
     @property
     def place(self) -> tuple:

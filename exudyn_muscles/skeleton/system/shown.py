@@ -1,0 +1,121 @@
+"""Frames and sticks of a system of bodies and joints, at Exudyn's visualization state."""
+
+from __future__ import annotations
+
+import exudyn as exu
+import numpy as np
+from exudyn import graphics
+
+from ..shown import VISUALIZATION, Sticks, coordinates_shown
+from .frame_list import BODIES, FrameList
+from .measuring import measure_pose
+from .tracked_rows import TrackedRows
+
+POSITION = exu.OutputVariableType.Position
+AUTOMATIC = np.array(graphics.color.defaultBody)
+
+
+def frames_shown(
+    mbs: exu.MainSystem, frames: FrameList, tracked: TrackedRows, near: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """R (f, 3, 3), p (f, 3) and z (n,); functions of the user's have the values of `near`, or
+    their current ones."""
+    x, n, (tables, R, p) = coordinates_shown(mbs), len(tracked.units), frames.tables()
+    for k, marker, turns in frames.markers:
+        p[k] = mbs.GetMarkerOutput(marker, POSITION, VISUALIZATION)
+        if turns:
+            rotation = exu.OutputVariableType.RotationMatrix
+            R[k] = np.reshape(mbs.GetMarkerOutput(marker, rotation, VISUALIZATION), (3, 3))
+    J, z, T = np.zeros((tables.indices.size, 6)), np.empty(n), np.empty((n, x.size))
+    turns_from = np.zeros(n) if near is None else near
+    measure_pose(tracked.table, *tables, x, turns_from, R, p, J, z, T)
+    for k, function in tracked.functions.items():
+        z[k] = function.value(mbs) if near is None else near[k]
+    return R, p, z
+
+
+def system_sticks(mbs: exu.MainSystem) -> Sticks:
+    """Sticks from every joint on a body to its center of mass.
+
+    Bodies that the user gave graphics to keep them. Those without any, or with no more than the
+    shape that `CreateRigidBody` makes of an inertia, are drawn as sticks, and so are their joints.
+    """
+    joints = _joints(mbs)
+    pairs: list[tuple[exu.MarkerIndex | None, int]] = []
+    ends, replaced, corners = [], [], []
+    for number in range(mbs.systemData.NumberOfObjects()):
+        item = mbs.GetObject(number, True)
+        if item["objectType"] not in BODIES:
+            continue
+        own = item["VgraphicsData"]
+        automatic = _is_automatic(own)
+        corners += [(number, corner, automatic) for corner in _corners(own)]
+        if item.get("VgraphicsDataUserFunction") or (own and not automatic):
+            continue
+        on = [pair for pair in joints if pair[1] in (("body", number), ("node", _node(item)))]
+        replaced += [number, *(joint for joint, *_ in on)]
+        pairs += [(marker, number) for *_, marker in on] or [(None, number)]
+        ends += [len(on) < 2] * max(len(on), 1)
+    centers = {number: _center(mbs.GetObject(number)) for _, number in pairs}
+
+    def at(number: int, point: np.ndarray) -> np.ndarray:
+        return mbs.GetObjectOutputBody(exu.ObjectIndex(number), POSITION, point, VISUALIZATION)
+
+    def points() -> np.ndarray:
+        found = []
+        for marker, number in pairs:
+            center = at(number, centers[number])
+            joint = center
+            if marker is not None:
+                joint = mbs.GetMarkerOutput(marker, POSITION, VISUALIZATION)
+            found.append((joint, center))
+        return np.reshape(found, (-1, 2, 3))
+
+    def outline(alone: bool) -> np.ndarray:
+        seen = [corner[:2] for corner in corners if alone or not corner[2]]
+        return np.reshape([at(*corner) for corner in seen], (-1, 3))
+
+    return Sticks(points, np.array(ends, dtype=bool), tuple(dict.fromkeys(replaced)), outline)
+
+
+def _joints(mbs: exu.MainSystem) -> list[tuple[int, tuple[str, int], exu.MarkerIndex]]:
+    """Joints, what they are on, and their markers there."""
+    found = []
+    for number in range(mbs.systemData.NumberOfObjects()):
+        item = mbs.GetObject(number)
+        if not item["objectType"].startswith("Joint"):
+            continue
+        for marker in map(int, item["markerNumbers"]):
+            place = mbs.GetMarker(marker)
+            for kind in ("body", "node"):
+                if f"{kind}Number" in place:
+                    on = kind, int(place[f"{kind}Number"])
+                    found.append((number, on, exu.MarkerIndex(marker)))
+    return found
+
+
+def _node(body: dict) -> int:
+    return int(body["nodeNumber"])
+
+
+def _center(body: dict) -> np.ndarray:
+    """The center of mass in a body's frame."""
+    center = np.zeros(3)
+    given = body.get("physicsCenterOfMass", ())
+    center[: len(given)] = given
+    return center
+
+
+def _is_automatic(own: list[dict]) -> bool:
+    """Whether these are a single part in the color that Exudyn takes for bodies without one."""
+    colors = [np.reshape(part.get("colors", ()), (-1, 4)) for part in own]
+    return len(own) == 1 and len(colors[0]) > 0 and np.allclose(colors[0], AUTOMATIC)
+
+
+def _corners(own: list[dict]) -> np.ndarray:
+    """Corners (8, 3) of the box around graphics and origin in a body's frame."""
+    parts = [np.reshape(one["points"], (-1, 3)) for one in own if "points" in one]
+    points = np.vstack([np.zeros((1, 3)), *parts])
+    box = np.array([points.min(axis=0), points.max(axis=0)])
+    choices = np.indices((2, 2, 2)).reshape(3, 8).T
+    return box[choices, np.arange(3)]
