@@ -13,10 +13,10 @@ from models import pedalling
 model, motion = pedalling.build(), pedalling.motion()
 result = em.cosimulate(model, motion)
 print("tracking error (RMS):", np.degrees(result.tracking_error_rms()).round(4), "deg")
-print("largest forces [N]:", dict(zip(result.muscle_names, result.tendon_forces.max(axis=0).round())))
-print(f"largest gap in the loop: {1e6 * result.constraint_drift.max():.1f} um")
+print("largest forces:", result.muscle_names, result.tendon_forces.max(axis=0).round(), "N")
+print(f"largest gap in the loop: {1e3 * result.max_constraint_drift:.2f} mm")
 
 out = Path("out")
 out.mkdir(exist_ok=True)
-em.view.render(model, result, out / "pedalling.png", time=0.4)
+em.view.render(model, result, 0.4, out / "pedalling.png")
 print(f"wrote {out / 'pedalling.png'}")

@@ -227,8 +227,8 @@ class MusculoskeletalModel:
 
     def _longest(self, q: np.ndarray) -> np.ndarray:
         """Longest paths (m,) [m] over the coordinates `q` (k, n)."""
-        lengths = [self.geometry(*place).length for place in self.skeleton.places(q)]
-        return np.max(lengths, axis=0)
+        length = self.geometry if self.loads is None else self.loads
+        return np.max([length(*at)[0] for at in self.skeleton.along(q)], axis=0)
 
 
 def _listed(name: str, items: Iterable, *kinds: type) -> list:

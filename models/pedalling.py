@@ -18,8 +18,8 @@ START = np.radians(35.0)  # of the crank above the horizontal
 BRAKE = 1.0  # N m s/rad
 REVOLUTION = 1.0  # s, from rest to full speed
 
-# The biceps is its short head. Strength [N], optimal fibre length, tendon slack length [m], and points on ground or bodies, from
-# the middle of each along it.
+# The biceps is its short head. Strength [N], optimal fibre length, tendon slack length [m], and
+# points on ground or bodies, from the middle of each along it.
 MUSCLES = {
     "iliopsoas": (2500.0, 0.10, 0.10, (None, [-0.06, 0.82, 0.0]), ("thigh", [-0.10, 0.03, 0.0])),
     "gluteus": (3000.0, 0.12, 0.08, (None, [-0.12, 0.75, 0.0]), ("thigh", [-0.10, -0.07, 0.0])),

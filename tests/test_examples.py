@@ -33,8 +33,16 @@ def test_shortest_program(run):
     assert "largest excitations" in printed
 
 
+def test_bodies_and_joints(run):
+    variables, printed = run("02")
+    assert (np.degrees(variables["result"].tracking_error_rms()) < 0.05).all()
+    assert variables["result"].max_unmet_torque == 0.0
+    assert np.degrees(np.ptp(variables["swing"])) == pytest.approx(71.0, abs=0.5)
+    assert "the hand swings by 71.0 deg" in printed
+
+
 def test_in_your_own_script(run):
-    variables, _ = run("02")
+    variables, _ = run("03")
     result = variables["result"]
     assert (np.degrees(result.tracking_error_rms()) < 0.005).all()
     assert result.max_unmet_torque == 0.0
@@ -45,7 +53,7 @@ def test_in_your_own_script(run):
 
 
 def test_too_violent(run):
-    variables, printed = run("03")
+    variables, printed = run("04")
     assert printed.count("falls short in") == 4
     short = [np.abs(result.torques_unmet).max() for result in variables["results"]]
     assert min(short) > 10.0
@@ -53,19 +61,19 @@ def test_too_violent(run):
 
 
 def test_look_at_muscles(run, tmp_path):
-    run("04")
+    run("05")
     pictures = list((tmp_path / "out").glob("*.png"))
     assert pictures and all(picture.stat().st_size > 5000 for picture in pictures)
 
 
 def test_recorded_motion(run):
-    variables, printed = run("05")
+    variables, printed = run("06")
     assert np.abs(variables["replay"].coordinates - variables["cmc"].coordinates).max() < 1e-10
     assert "difference from the stored result: None" in printed
 
 
 def test_help_for_weak_muscles(run):
-    variables, printed = run("07")
+    variables, printed = run("08")
     alone, helped = variables["alone"], variables["helped"]
     assert alone.max_unmet_torque > 5.0 and "iliopsoas" in alone.unmet_torque_report()
     assert helped.max_unmet_torque == 0.0
@@ -76,7 +84,7 @@ def test_help_for_weak_muscles(run):
 
 
 def test_a_law_of_your_own(run, tmp_path):
-    variables, printed = run("06")
+    variables, printed = run("07")
     assert np.degrees(variables["result"].tracking_error_rms()[0]) < 0.02
     assert variables["result"].max_unmet_torque == 0.0
     assert re.findall(r"^(\S.*\S) *: largest excitation 0.\d", printed, re.M) == [
@@ -85,3 +93,11 @@ def test_a_law_of_your_own(run, tmp_path):
     ]
     for name in ("laws", "left_muscle"):
         assert (tmp_path / "out" / f"{name}.png").stat().st_size > 20_000
+
+
+def test_pedalling(run, tmp_path):
+    variables, printed = run("09")
+    assert np.degrees(variables["result"].tracking_error_rms()[0]) < 0.02
+    assert 0.0 < variables["result"].max_constraint_drift < 2e-3
+    assert "largest gap in the loop" in printed
+    assert (tmp_path / "out" / "pedalling.png").stat().st_size > 5000

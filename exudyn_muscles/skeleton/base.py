@@ -217,8 +217,9 @@ class ExudynSkeleton(ABC):
         """The same at coordinates `q` and speeds `v` (n,)."""
 
     @abstractmethod
-    def places(self, q: np.ndarray) -> Iterator[tuple]:
-        """The same at rest at the coordinates `q` (k, n) of a motion, before a run."""
+    def along(self, q: np.ndarray) -> Iterator[tuple]:
+        """What the model's lengths are computed from, its `geometry` of a tree and its `loads` of
+        any other system, at rest at the coordinates `q` (k, n) of a motion, before a run."""
 
     @abstractmethod
     def dynamics(self) -> Dynamics:

@@ -87,11 +87,18 @@ class ConstrainedEquations:
 
         By central differences along the motion; `vectors`, `reference` as in `advance`.
         """
-        e, gamma = short_time(self._speeds), np.zeros(self.number)
-        for side in (e, -e):
-            with self.moved(side, vectors, reference):
-                gamma -= self.lacking(velocity=True) / (2.0 * side)
-        return gamma
+        x, t, e = self._x.copy(), self._data.GetTime(), short_time(self._speeds)
+        found = []
+        try:
+            for side in (e, -e):
+                advance(vectors, reference, self._x, side * self._speeds)
+                self._data.SetTime(t + side)
+                found.append(self.lacking(velocity=True))
+                self._x[:] = x
+        finally:
+            self._x[:] = x
+            self._data.SetTime(t)
+        return (found[1] - found[0]) / (2.0 * e)
 
     @contextmanager
     def moved(self, time: float, vectors: np.ndarray, reference: np.ndarray) -> Iterator[None]:

@@ -268,7 +268,7 @@ class Skeleton(ExudynSkeleton):
     def place_at(self, q: np.ndarray, v: np.ndarray) -> tuple:
         return q, v
 
-    def places(self, q: np.ndarray) -> Iterator[tuple]:
+    def along(self, q: np.ndarray) -> Iterator[tuple]:
         rest = np.zeros(len(self))
         return ((row, rest) for row in q)
 

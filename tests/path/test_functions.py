@@ -91,7 +91,7 @@ def test_function_path():
             (-0.02, {"hip": 1}),
             (0.01, {"hip": 1, "knee": 2}),
             (2.0, {2: curve, "hip": 3}),
-        ]  # fmt: skip
+        ]
     )
     line = muscle([em.PathPoint([0, 0, 0]), em.PathPoint([1, 0, 0])], name="line")
     muscles = Muscles(chain(np.random.default_rng(0), 3), muscle(path), line, names=NAMES)

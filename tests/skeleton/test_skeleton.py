@@ -162,7 +162,7 @@ def test_the_users_torques_belong_to_Q():
     _, expected = featherstone(system, q, v)
     for muscles in (np.zeros(5), np.array([100.0, -50.0, 20.0, 10.0, 5.0])):
         system.skeleton.apply(muscles)
-        np.testing.assert_array_equal(system.skeleton.applied, torque + muscles - torque)
+        np.testing.assert_array_equal(system.skeleton.applied(system.skeleton.place), torque + muscles - torque)
         _, bias = system.skeleton.dynamics_at(q, v, 0.0)[:2]
         np.testing.assert_allclose(bias, expected - torque, rtol=1e-12, atol=1e-11)
     system.held.release()

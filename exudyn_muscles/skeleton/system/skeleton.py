@@ -216,12 +216,12 @@ class GeneralSkeleton(ExudynSkeleton):
                 return self.dynamics_at(q, v, self.mbs.systemData.GetTime()).place
         return self.dynamics_at(q, v, self.mbs.systemData.GetTime()).place
 
-    def places(self, q: np.ndarray) -> Iterator[tuple]:
+    def along(self, q: np.ndarray) -> Iterator[tuple]:
         rest, t = np.zeros(len(self)), self.mbs.systemData.GetTime()
         with self._apart(q[0]) as system:
             for row in q:
                 system.go_to(row, rest, t)
-                yield system.dynamics().place
+                yield (system.pose(),)
 
     def pose(self) -> Pose:
         """The current one."""

@@ -16,7 +16,7 @@ from exudyn.utilities import (
 import exudyn_muscles as em
 from exudyn_muscles.checks import BodyNumber, MarkerNumber
 
-from ..differences import gradient
+from ...differences import gradient
 from .convert import EULER, TAIT_BRYAN, VECTOR
 
 INERTIA = InertiaCuboid(density=1000, sideLengths=[0.3, 0.1, 0.2])

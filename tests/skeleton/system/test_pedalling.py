@@ -40,7 +40,7 @@ def iterations_with_forces_held(step):
     counted = []
 
     def hold(mbs, t):
-        k = min(int(round(t / step)), len(torque.time) - 1)
+        k = min(round(t / step), len(torque.time) - 1)
         with_T = model.skeleton.pose().T[0]
         mbs.SetObjectParameter(place, "forceVector", torque.torques_delivered[k, 0] * with_T)
         return True

@@ -1,0 +1,75 @@
+"""One chain as a kinematic tree and as bodies with joints: CPU of CSF.
+
+pytest tests/benchmarks/test_skeletons.py -n 0 -s
+"""
+
+import warnings
+
+import exudyn as exu
+import numpy as np
+import pytest
+from exudyn.utilities import HomogeneousTransformation, InertiaCuboid, TreeLink
+
+import exudyn_muscles as em
+
+from ..skeleton.system.convert import TAIT_BRYAN, as_bodies
+
+LINK = 0.2  # m
+SPAN, STEP = 0.5, 0.01  # s
+SIZE = {"max_isometric_force": 4000.0, "optimal_fiber_length": 0.12, "tendon_slack_length": 0.1}
+
+
+def chain(n, muscles):
+    """n links in a row about alternating axes, with antagonists from each to the one before."""
+    mbs = exu.SystemContainer().AddSystem()
+    kinds = (exu.JointType.RevoluteZ, exu.JointType.RevoluteX)
+    inertia = InertiaCuboid(5000.0 / n, [0.04, LINK, 0.04]).Translated([0, -LINK / 2, 0])
+    tree = mbs.CreateKinematicTree(
+        listOfTreeLinks=[
+            TreeLink(
+                jointType=kinds[k % 2],
+                parent=k - 1,
+                jointHT=HomogeneousTransformation(np.eye(3), [0, -LINK if k else 0, 0]),
+                linkInertia=inertia,
+            )
+            for k in range(n)
+        ],
+        gravity=[0, 0, -1.0],
+    )
+    mbs.Assemble()
+    made = []
+    for i in range(muscles):
+        k, angle = i % n, 2.0 * np.pi * (i // n + 0.25 * (i % 2)) * n / max(muscles, n)
+        side = 0.04 * np.array([np.cos(angle), 0.0, np.sin(angle)])
+        start = em.PathPoint(side + np.array([0, 0.12 - (LINK if k else 0.0), 0]), link=k - 1)
+        made.append(
+            em.Muscle(
+                f"m{i}", path=[start, em.PathPoint(side - np.array([0, 0.1, 0]), link=k)], **SIZE
+            )
+        )
+    return em.MusculoskeletalModel(
+        mbs, tree, made, reserves=[em.Reserve(f"q{k}", 50.0) for k in range(n)]
+    )
+
+
+@pytest.mark.parametrize(("n", "muscles"), [(2, 8), (10, 40), (20, 80), (60, 200)])
+@pytest.mark.parametrize("form", ["tree", "bodies"])
+def test_cosimulation(benchmark, form, n, muscles):
+    model = chain(n, muscles)
+    if form == "bodies":
+        model = as_bodies(model, TAIT_BRYAN)
+    motion = em.Motion.from_waypoints([0.0, SPAN], np.array([np.zeros(n), np.full(n, 0.05)]))
+    settings = em.CosimulationSettings(step=STEP)
+
+    def run():
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return em.cosimulate(model, motion, settings=settings)
+
+    result = benchmark.pedantic(run, rounds=3, warmup_rounds=1)
+    counts = result.counts
+    print(
+        f"\n{form:6s} {n:2d} coordinates, {muscles:3d} muscles: {result.cpu_time / SPAN:8.3f} CPU s a"
+        f" simulated second, {counts.newton_iterations / counts.steps:.2f} iterations a step"
+    )
+    assert result.status is em.Status.COMPLETE
