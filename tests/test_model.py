@@ -1,5 +1,7 @@
 """The model: what does not fit the tree is named, before anything runs."""
 
+from dataclasses import replace
+
 import exudyn as exu
 import numpy as np
 import pytest
@@ -234,11 +236,33 @@ def test_a_link_is_checked_in_one_way_everywhere(kind, link):
     "kind", ["point", "moving", "surface", "force", "torque", "against", "record", "frame"]
 )
 def test_a_number_of_another_list_is_told_apart(kind):
-    """A body's or marker's number looks like one of a link when it is printed."""
+    """A body's or marker's number looks like one of a link when it is printed: a tree has neither,
+    other systems have no links, and a node is nothing to be on."""
     mbs = exu.SystemContainer().AddSystem()
     body = mbs.CreateMassPoint(mass=1.0)
-    with pytest.raises(em.ParameterError, match=r"got ObjectIndex\(0\), one of the mbs's objects"):
-        acts_on(kind, body)()
     marker = mbs.AddMarker(MarkerBodyPosition(bodyNumber=body))
-    with pytest.raises(em.ParameterError, match=r"got MarkerIndex\(0\), one of the mbs's markers"):
-        acts_on(kind, marker)()
+    for number, shown in (
+        (body, r"ObjectIndex\(0\), one of the mbs's objects"),
+        (marker, r"MarkerIndex\(0\), one of the mbs's markers"),
+    ):
+        with pytest.raises(
+            em.ParameterError, match=rf"{shown}, but the skeleton is a kinematic tree"
+        ):
+            put_on_a_tree(acts_on(kind, number)())
+    with pytest.raises(em.ParameterError, match=r"got NodeIndex\(0\), one of the mbs's nodes"):
+        acts_on(kind, exu.NodeIndex(0))()
+
+
+def put_on_a_tree(item):
+    """A model of the pendulum with it; links of other systems are refused there."""
+    built = pendulum.build()
+    if isinstance(item, em.ExternalForce):
+        return em.add_external_force(built.mbs, built.skeleton.object, item)
+    if isinstance(item, (em.PointActuator, em.TorqueActuator)):
+        return em.MusculoskeletalModel(built.mbs, 0, list(built.muscles), reserves=[item])
+    left = next(iter(built.muscles))
+    if isinstance(item, em.WrapSphere):
+        changed = replace(left, wraps=[item])
+    else:
+        changed = replace(left, path=[left.path[0], item])
+    return em.MusculoskeletalModel(built.mbs, 0, [changed])

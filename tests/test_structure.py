@@ -27,6 +27,7 @@ EVOLVING = r"\b(state|counts|settings)\b"  # what they are called, and Exudyn's 
 SET_LATER = {
     "simulation.plugin Plugin": 1,  # a new state for every run
     "skeleton.skeleton Skeleton": 1,  # what is open of it
+    "skeleton.system.geometry GeometryOnAll": 1,  # where it is made: a tuple has no __init__
     "skeleton.system.skeleton GeneralSkeleton": 1,
 }
 

@@ -69,7 +69,7 @@ def test_cosimulation(benchmark, form, n, muscles):
     result = benchmark.pedantic(run, rounds=3, warmup_rounds=1)
     counts = result.counts
     print(
-        f"\n{form:6s} {n:2d} coordinates, {muscles:3d} muscles: {result.cpu_time / SPAN:8.3f} CPU s a"
-        f" simulated second, {counts.newton_iterations / counts.steps:.2f} iterations a step"
+        f"\n{form:6s} {n:2d} coordinates, {muscles:3d} muscles: {result.cpu_time / SPAN:8.3f} CPU s"
+        f" a simulated second, {counts.newton_iterations / counts.steps:.2f} iterations a step"
     )
     assert result.status is em.Status.COMPLETE

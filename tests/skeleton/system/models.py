@@ -69,10 +69,10 @@ class Arm:
 def wobbling_mass(arm, damping=10.0):
     """A mass on springs, as of soft tissue."""
     mass = arm.mbs.CreateMassPoint(
-        name="wobble", referencePosition=[0.3, 0, 0], physicsMass=1.0, gravity=GRAVITY
+        name="wobble", referencePosition=[0.3, 0, 0], mass=1.0, gravity=GRAVITY
     )
     arm.mbs.CreateCartesianSpringDamper(
-        bodyNumbers=[arm.forearm, mass], localPosition0=[0.1, 0, 0], localPosition1=[0, 0, 0],
+        itemNumbers=[arm.forearm, mass], localPosition0=[0.1, 0, 0], localPosition1=[0, 0, 0],
         stiffness=[2000.0] * 3, damping=[damping] * 3,
     )  # fmt: skip
 
@@ -82,7 +82,7 @@ def spring_hand(arm):
     hand = arm.link("hand", LENGTH, 0.2, 1.0)
     arm.wrist = arm.hinge("wrist", arm.forearm, hand, LENGTH)
     arm.mbs.CreateTorsionalSpringDamper(
-        bodyNumbers=[arm.forearm, hand], position=[LENGTH, 0, 0], axis=[0, 0, 1],
+        itemNumbers=[arm.forearm, hand], position=[LENGTH, 0, 0], axis=[0, 0, 1],
         stiffness=20.0, damping=0.2,
     )  # fmt: skip
 

@@ -98,7 +98,7 @@ def second_hinge(arm):
 
 def rod(arm):
     arm.mbs.CreateDistanceConstraint(
-        bodyNumbers=[arm.ground, arm.forearm], localPosition0=[0.4, 0.4, 0],
+        itemNumbers=[arm.ground, arm.forearm], localPosition0=[0.4, 0.4, 0],
         localPosition1=[0.2, 0, 0],
     )  # fmt: skip
 
