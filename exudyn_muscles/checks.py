@@ -53,9 +53,16 @@ def three_numbers(name: str, value: Sequence[float], unit: str = "") -> tuple[fl
 
 
 class ItemNumber(int):
-    """A number of an Exudyn item that stands where a link's number stands in a tree."""
+    """A number of an Exudyn item that stands where a link's number stands in a tree; equal only to
+    that of the same list."""
 
     kind: str
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and int(self) == int(other)
+
+    def __hash__(self) -> int:
+        return hash((self.kind, int(self)))
 
 
 class BodyNumber(ItemNumber):

@@ -103,7 +103,7 @@ class PointActuator:
     def __post_init__(self) -> None:
         what = f"point actuator '{self.name}'"
         _check(self, what)
-        link_number(f"{what}: link", self.link, 0)
+        object.__setattr__(self, "link", link_number(f"{what}: link", self.link, 0))
         _check_flags(
             what, point_is_global=self.point_is_global, force_is_global=self.force_is_global
         )
@@ -150,8 +150,8 @@ class TorqueActuator:
     def __post_init__(self) -> None:
         what = f"torque actuator '{self.name}'"
         _check(self, what)
-        link_number(f"{what}: link", self.link, 0)
-        link_number(f"{what}: against", self.against)
+        object.__setattr__(self, "link", link_number(f"{what}: link", self.link, 0))
+        object.__setattr__(self, "against", link_number(f"{what}: against", self.against))
         if self.against == self.link:
             raise ParameterError(f"{what}: link and against are both {self.link}")
         _check_flags(what, torque_is_global=self.torque_is_global)

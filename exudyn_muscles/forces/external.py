@@ -90,7 +90,8 @@ class ExternalForce:
             ("force_expressed_in", GROUND),
             ("point_expressed_in", GROUND),
         ):
-            link_number(f"external force '{self.name}': {name}", getattr(self, name), lowest)
+            what, value = f"external force '{self.name}': {name}", getattr(self, name)
+            object.__setattr__(self, name, link_number(what, value, lowest))
 
     def _array(self, name: str, values: ArrayLike) -> np.ndarray:
         """Finite numbers, not to be written."""

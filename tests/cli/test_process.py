@@ -46,7 +46,7 @@ def build():
     model, calls = pendulum.build(), itertools.count()
     geometry = model.geometry
     def counted(q, v):
-        {deed} if next(calls) == 250 else None
+        {deed} if next(calls) == 150 else None
         return geometry(q, v)
     model.geometry = counted
     return model

@@ -314,3 +314,48 @@ def test_a_pre_step_function_stops_static_optimization():
     arm.mbs.SetPreStepUserFunction(lambda mbs, t: None)
     with pytest.raises(em.ModelError, match="returned None"):
         METHODS["static"](arm.model(), MOTION)
+
+
+def test_actuators_and_recorded_forces_on_bodies():
+    """Residual forces and torques carry a body that no muscle carries, against a recorded force."""
+    mbs = exu.SystemContainer().AddSystem()
+    ground = mbs.CreateGround()
+    box = mbs.CreateRigidBody(inertia=InertiaCuboid(1000, [0.3, 0.2, 0.1]), gravity=[0, -9.81, 0])
+    base = mbs.AddMarker(MarkerBodyRigid(bodyNumber=ground))
+    middle = mbs.AddMarker(MarkerBodyRigid(bodyNumber=box))
+    times, force = np.linspace(0.0, 1.0, 11), np.tile([3.0, 20.0, 0.0], (11, 1))
+    push = em.ExternalForce("push", box, times, force, point=np.tile([0.05, 0, 0], (11, 1)))
+    em.add_external_force(mbs, None, push)
+    mbs.CreateGenericJoint(
+        itemNumbers=[ground, box], position=[0, 0, 0], constrainedAxes=[0, 0, 1, 1, 1, 0]
+    )
+    mbs.Assemble()
+    tracked = {
+        "x": em.RelativePosition(base, middle, axis=[1, 0, 0]),
+        "y": em.RelativePosition(base, middle, axis=[0, 1, 0]),
+        "turn": em.RelativeRotation(base, middle, axis=[0, 0, 1]),
+    }
+    residuals = [
+        em.PointActuator(
+            name, link=box, point=[0, 0, 0], direction=direction, optimal_force=10.0,
+            force_is_global=True,
+        )
+        for name, direction in (("f_x", [1, 0, 0]), ("f_y", [0, 1, 0]))
+    ]  # fmt: skip
+    residuals.append(em.TorqueActuator("t_z", link=box, axis=[0, 0, 1], optimal_force=1.0))
+    slack = em.Muscle(
+        "slack", max_isometric_force=1e-3, optimal_fiber_length=0.2, tendon_slack_length=0.05,
+        path=[em.PathPoint([0.2, 0, 0], link=ground), em.PathPoint([0, 0, 0], link=box)],
+    )  # fmt: skip
+    model = em.MusculoskeletalModel(mbs, tracked, [slack], reserves=residuals)
+    motion = em.Motion.from_waypoints([0.0, 1.0], [[0, 0, 0], [0.02, -0.03, 0.4]])
+    result = em.static_optimization(model, motion)
+    q, _, a = motion(result.window_time)
+    expected = np.array([6.0 * a[:, 0] - 3.0, 6.0 * (a[:, 1] + 9.81) - 20.0]).T
+    np.testing.assert_allclose(result.reserves[:, :2], expected, rtol=0, atol=0.01)
+    # The recorded point stays in ground, the body moves on.
+    inertia = 6.0 / 12.0 * (0.3**2 + 0.2**2)
+    torque = inertia * a[:, 2] - ((0.05 - q[:, 0]) * 20.0 + q[:, 1] * 3.0)
+    np.testing.assert_allclose(result.reserves[:, 2], torque, rtol=0, atol=0.01)
+    coupled = em.cosimulate(model, motion)
+    assert np.abs(coupled.tracking_error_rms()).max() < 2e-5
