@@ -163,7 +163,8 @@ class OpenedSystem:
         response = self._solved(K, right)
         M = _inverse(pose.T @ response[:, 1:])
         bias = -M @ (pose.T @ response[:, 0] + self.rate(pose))
-        return Dynamics(M, bias, (pose.z, pose.T @ pose.x_t, pose, response[:, 1:] @ M))
+        B = response[:, 1:] @ M
+        return Dynamics(M, bias, (pose.z, pose.T @ pose.x_t, pose, B, K[:n, :n] @ B))
 
     def accelerations(self, load: np.ndarray) -> np.ndarray:
         """x'' (N,) at the current state under a further load (N,)."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
+from typing import Any
 
 import exudyn as exu
 import numpy as np
@@ -87,11 +88,8 @@ class GeneralSkeleton(ExudynSkeleton):
     def mount(self, paths: Paths, muscles: Sequence[str], actuators: np.ndarray) -> Mounted:
         loads = compile_loads(paths, muscles, actuators)
 
-        def geometry(
-            q: np.ndarray, v: np.ndarray, pose: Pose | None = None, B: np.ndarray | None = None
-        ) -> Geometry:
-            if pose is None or B is None:
-                q, v, pose, B = self.place_at(q, v)
+        def geometry(q: np.ndarray, v: np.ndarray, *there: Any) -> Geometry:
+            pose, B, _ = there or self.place_at(q, v)[2:]
             return GeometryOnAll(*loads(pose), B)
 
         m = len(muscles)
@@ -284,8 +282,12 @@ class GeneralSkeleton(ExudynSkeleton):
         kp: float | np.ndarray,
         kv: float | np.ndarray,
     ) -> np.ndarray:
-        # By (15) the torques follow z by -(kp dq + kv dv) M_z; H - Q follows by what Exudyn has.
-        return self.rows_of_slopes(exact, here, mass, here.M * (kp + kv))
+        # By (15) the torques follow z by -(kp dq + kv dv) M_z, and make up for what H - Q changes.
+        _, _, pose, B, momenta = here.place
+        rows, n = exact.copy(), self._size
+        follows = B.T @ exact[:, :n] - mass * momenta.T + (here.M * (kp + kv)) @ pose.T
+        rows[:, :n] -= pose.T.T @ follows
+        return rows
 
     def rows_of_slopes(
         self, exact: np.ndarray, here: Dynamics, mass: float, slopes: np.ndarray

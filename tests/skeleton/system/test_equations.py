@@ -19,7 +19,7 @@ def test_equations_of_motion(passive):
     with skeleton.opened():
         skeleton.go_to(np.array([0.4]), np.array([1.5]), 0.0)
         M, bias, place = skeleton.dynamics()
-        pose, B = place[2:]
+        pose, B = place[2:4]
         geometry = model.geometry(*place)
         forces = rng.uniform(100.0, 800.0, 3)
         for load in (np.zeros(pose.x.size), 3.0 * pose.T[0], forces @ geometry.loads):
@@ -39,7 +39,7 @@ def test_the_basis_is_what_constraints_allow(passive):
     skeleton = Arm(PASSIVE[passive]).model().skeleton
     with skeleton.opened():
         skeleton.go_to(np.array([0.4]), np.array([1.5]), 0.0)
-        M, _, (_, _, pose, B) = skeleton.dynamics()
+        M, _, (_, _, pose, B, _) = skeleton.dynamics()
         K = skeleton.now._equations.matrix()
         n = pose.x.size
         np.testing.assert_allclose(pose.T @ B, [[1.0]], rtol=0, atol=1e-12)
@@ -69,7 +69,7 @@ def test_two_tracked_coordinates():
         skeleton.go_to(np.array([0.4, -0.3]), np.array([1.5, 0.5]), 0.0)
         np.testing.assert_allclose(skeleton.q, [0.4, -0.3], rtol=0, atol=1e-12)
         np.testing.assert_allclose(skeleton.v, [1.5, 0.5], rtol=0, atol=1e-12)
-        M, bias, (_, _, pose, B) = skeleton.dynamics()
+        M, bias, (_, _, pose, B, _) = skeleton.dynamics()
         load = np.array([2.0, -1.0]) @ pose.T
         found = pose.T @ exudyns_accelerations(model, load) + skeleton.now.rate(pose)
         expected = np.linalg.solve(M, [2.0, -1.0] - bias)

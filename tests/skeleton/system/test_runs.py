@@ -193,7 +193,7 @@ def test_in_a_users_own_run(solver, adaptive):
     settings.timeIntegration.verboseMode = 0
     settings.solution.file.write = False
     if adaptive:
-        settings.timeIntegration.newton.maxIterations = 4
+        settings.timeIntegration.newton.maxIterations = 3
     plugin = em.CosimulationPlugin(model, MOTION)
     with plugin.attached():
         arm.mbs.SolveDynamic(settings, solverType=solver)
