@@ -24,18 +24,21 @@ LONGEST_FIBER = 2.5
 
 
 class MusculoskeletalModel:
-    """Muscles on the kinematic tree of an assembled Exudyn system.
+    """Muscles on an assembled Exudyn system: on its kinematic tree, or on its bodies.
 
-    The `mbs` stays the user's: nothing in it is changed outside a run.
+    The `mbs` stays the user's: nothing in it is changed outside a run, but that the first model of
+    a system of bodies adds an object called `exudyn_muscles`, without mass or force.
 
     Parameters
     ----------
     mbs : exudyn.MainSystem
-        Assembled, with one `ObjectKinematicTree` as the skeleton and whatever else belongs to it.
-    tree : ObjectIndex
-        The kinematic tree.
+        Assembled, with the skeleton and whatever else belongs to it.
+    tree : ObjectIndex or mapping
+        The `ObjectKinematicTree` that is the skeleton, or of any other system what is tracked:
+        name -> ObjectIndex of a joint with one free axis, JointCoordinate, RelativeRotation,
+        RelativePosition, NodeCoordinate or ScalarFunction.
     muscles : iterable of Muscle
-        With paths on ground and on the tree's links.
+        With paths on ground and on the tree's links, or on bodies and markers.
     coordinates : sequence of str, optional
         Names of all the tree's coordinates; `q0`, `q1`, ... if left out.
     dependent_coordinates : sequence of DependentCoordinate, optional
@@ -46,15 +49,19 @@ class MusculoskeletalModel:
 
     Attributes
     ----------
-    skeleton : Skeleton
+    skeleton : Skeleton or GeneralSkeleton
     muscles : MuscleSet
     paths : Paths
     dependent_coordinates : tuple of DependentCoordinate
     reserves : tuple of Reserve, PointActuator or TorqueActuator
     columns : callable
-        q (N,) -> S (N, r): what a unit of each ideal actuator is on every coordinate of the tree.
+        q (N,) -> S (N, r): what a unit of each ideal actuator is on every coordinate of the tree;
+        of any other system its pose -> S.
     geometry : callable
         (q, q'), each (n,) -> Geometry with l, l', r and S.
+    loads : callable or None
+        Of a system of bodies, its pose -> l, l' (m,), and what unit forces are on its coordinates
+        (m + r, N).
 
     Raises
     ------

@@ -5,6 +5,8 @@ project's own choice of a grown man's size. Tracked is the crank's angle. The cr
 brake; what the muscles do not do within a turn a weak reserve at the crank does.
 """
 
+from collections.abc import Callable
+
 import exudyn as exu
 import numpy as np
 from exudyn.utilities import GenericJoint, InertiaCuboid, MarkerBodyRigid, RotationMatrixZ
@@ -72,7 +74,13 @@ def build(node_type=exu.NodeType.RotationEulerParameters) -> em.MusculoskeletalM
     def point(body: str | None, place: list[float]) -> em.PathPoint:
         return em.PathPoint(place) if body is None else em.PathPoint(place, link=bodies[body])
 
-    muscles = [
+    reserves = [em.Reserve("crank", optimal_force=10.0)]
+    return em.MusculoskeletalModel(mbs, {"crank": axle}, muscles(point), reserves=reserves)
+
+
+def muscles(point: Callable[[str | None, list[float]], em.PathPoint]) -> list[em.Muscle]:
+    """All muscles, by the function of a body's name and a place on it that makes path points."""
+    return [
         em.Muscle(
             name,
             max_isometric_force=strength,
@@ -83,8 +91,6 @@ def build(node_type=exu.NodeType.RotationEulerParameters) -> em.MusculoskeletalM
         )
         for name, (strength, fiber, tendon, first, last) in MUSCLES.items()
     ]
-    reserves = [em.Reserve("crank", optimal_force=10.0)]
-    return em.MusculoskeletalModel(mbs, {"crank": axle}, muscles, reserves=reserves)
 
 
 def motion() -> em.Motion:

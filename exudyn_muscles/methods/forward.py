@@ -135,13 +135,18 @@ class ForwardPlugin(UnifiedPlugin):
         self._u = np.maximum(values, model.muscles.minimum_activation)
         super().__init__(model, float(time[0]), float(time[-1]), settings, None, progress)
 
+    @property
+    def near(self) -> np.ndarray | None:
+        initial = self._excitations.initial
+        return None if initial is None else np.asarray(initial[0], dtype=float)
+
     def new_state(self) -> ForwardState:
         return ForwardState(**self._unified())
 
     def start_muscles(
         self, q: np.ndarray, v: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        self.state.geometry = geometry = self.model.geometry(*self.skeleton.place_at(q, v))
+        self.state.geometry = geometry = self.model.geometry(*self.skeleton.place)
         self.model.check_stretch(geometry.length)
         given = self._excitations
         unmet = np.zeros(len(self.model.coordinates))

@@ -130,8 +130,8 @@ def static_optimization(
         try:
             last = None
             for n, t in enumerate(times):
-                if n and controllers and not controllers.before_step(t):
-                    warn_of_stop(record, times[-1])
+                if n and not controllers.before_step(t):
+                    warn_of_stop(record, "a user function", times[-1])
                     break
                 skeleton.go_to(q_d[n], v_d[n], t)
                 controllers.before_residual(t)

@@ -17,19 +17,21 @@ BEYOND_RANGE = 1e-5
 
 @dataclass(frozen=True)
 class PathPoint:
-    """A point of a muscle path, fixed on ground or on a link of the tree.
+    """A point of a muscle path, fixed on ground, on a link of the tree, or on a body.
 
     Parameters
     ----------
     position : (3,) sequence of float
         In the frame of the link, or in the global frame [m].
-    link : int, optional
-        Number of the link in the kinematic tree, from 0; ground if left out.
+    link : int, ObjectIndex or MarkerIndex, optional
+        Number of the link in the kinematic tree, from 0; in other systems a body, or a marker whose
+        frame it is. Ground if left out.
 
     Raises
     ------
     ParameterError
-        The position is not three finite numbers, or the link is not an integer from 0.
+        The position is not three finite numbers, or the link is not an integer from 0, a body or a
+        marker.
     """
 
     position: Sequence[float]

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import exudyn as exu
 
-from ..errors import ModelError
-from .hooks import user_function
+from .hooks import goes_on, user_function
 
 
 class UserControllers:
@@ -30,13 +29,7 @@ class UserControllers:
         if not self._pre_step:
             return True
         self._mbs.systemData.SetTime(t)  # as Exudyn has it there
-        proceed = self._pre_step(self._mbs, t)
-        if proceed is None:
-            raise ModelError(
-                "the PreStep user function of the mbs returned None, on which Exudyn would stop "
-                "without a word; return True to go on or False to stop"
-            )
-        return bool(proceed)
+        return goes_on("PreStep", self._pre_step(self._mbs, t))
 
     def before_residual(self, t: float) -> None:
         """The forces at the current state, at the time `t`, are wanted."""

@@ -15,14 +15,12 @@ def warn_of_early_end(record: Recorder, solver: exu.MainSolverImplicitSecondOrde
     why = "a user function" if solver.output.simulationStoppedByUserFunction else "the user"
     if solver.output.simulationTimeout:
         why = "exudyn.special.solver.timeout"
-    text = f"stopped by {why} at t = {record.reached:g} s before {solver.it.endTime:g} s"
-    record.note(text)
-    warn(text, IncompleteRunWarning)
+    warn_of_stop(record, why, solver.it.endTime)
 
 
-def warn_of_stop(record: Recorder, end: float) -> None:
-    """A user function has stopped a run that was to go on until `end` [s]."""
-    text = f"stopped by a user function at t = {record.reached:g} s before {end:g} s"
+def warn_of_stop(record: Recorder, why: str, end: float) -> None:
+    """Someone or something has stopped a run that was to go on until `end` [s]."""
+    text = f"stopped by {why} at t = {record.reached:g} s before {end:g} s"
     record.note(text)
     warn(text, IncompleteRunWarning)
 

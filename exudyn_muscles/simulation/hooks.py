@@ -72,12 +72,17 @@ def _chained(name: str, before: Any, own: Callable) -> Callable:
         return both
 
     def checked(*arguments: Any) -> bool:
-        proceed = before(*arguments)
-        if proceed is None:
-            raise ModelError(
-                f"the {name} user function of the mbs returned None, on which Exudyn would stop "
-                "without a word; return True to go on or False to stop"
-            )
-        return own(*arguments) and bool(proceed)
+        proceed = goes_on(name, before(*arguments))
+        return own(*arguments) and proceed
 
     return checked
+
+
+def goes_on(name: str, returned: Any) -> bool:
+    """Whether a run goes on after a user function has returned this; ModelError for None."""
+    if returned is None:
+        raise ModelError(
+            f"the {name} user function of the mbs returned None, on which Exudyn would stop "
+            "without a word; return True to go on or False to stop"
+        )
+    return bool(returned)

@@ -14,7 +14,7 @@ from ..skeleton.hold import Hold
 
 
 class Parameter(NamedTuple):
-    """A number, or several, of a load, an object, a marker or a sensor."""
+    """A number, or several, of a load or an object."""
 
     kind: str
     item: int

@@ -213,10 +213,6 @@ class ExudynSkeleton(ABC):
         """What the model's `geometry` takes at the current state: q, q' and what else it needs."""
 
     @abstractmethod
-    def place_at(self, q: np.ndarray, v: np.ndarray) -> tuple:
-        """The same at coordinates `q` and speeds `v` (n,)."""
-
-    @abstractmethod
     def along(self, q: np.ndarray) -> Iterator[tuple]:
         """What the model's lengths are computed from, its `geometry` of a tree and its `loads` of
         any other system, at rest at the coordinates `q` (k, n) of a motion, before a run."""

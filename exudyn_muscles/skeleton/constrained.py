@@ -9,7 +9,7 @@ multipliers alone, as of a joint's free axes,
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import exudyn as exu
@@ -35,6 +35,13 @@ class ConstrainedEquations:
         Initialized with it.
     state : State
         Of the whole system.
+
+    Attributes
+    ----------
+    number : int
+        Of the constraints' equations.
+    vectors, reference : ndarray
+        As in `advance`.
     """
 
     def __init__(
@@ -48,6 +55,9 @@ class ConstrainedEquations:
         self._algebraic = slice(n + first_order, None)
         self._kept = np.r_[0:n, n + first_order : data.SystemSize()]
         self.number = self._multipliers.size
+        self.vectors = _rotation_vectors(mbs)
+        reference = exu.ConfigurationType.Reference
+        self.reference = np.array(data.GetODE2Coordinates(configuration=reference), dtype=float)
 
     def matrix(self, stiffness: float = 0.0, damping: float = 0.0) -> np.ndarray:
         """[[M, G^T], [G, D]]; M with so much of the forces' slopes over x and x'."""
@@ -82,35 +92,28 @@ class ConstrainedEquations:
         self._solver.ComputeAlgebraicEquations(self._mbs, velocity)
         return np.asarray(self._solver.GetSystemResidual())[self._algebraic]
 
-    def demanded(self, vectors: np.ndarray, reference: np.ndarray) -> np.ndarray:
-        """gamma, the accelerations that constraints ask for, where the system is `free`.
+    def demanded(self) -> np.ndarray:
+        """gamma, the accelerations that constraints ask for, where the system is `free`."""
+        return -self.derivative(lambda: self.lacking(velocity=True))
 
-        By central differences along the motion; `vectors`, `reference` as in `advance`.
-        """
+    def derivative(self, evaluate: Callable[[], np.ndarray]) -> np.ndarray:
+        """Of what a function returns, over time; by central differences along the motion."""
         x, t, e = self._x.copy(), self._data.GetTime(), short_time(self._speeds)
         found = []
         try:
             for side in (e, -e):
-                advance(vectors, reference, self._x, side * self._speeds)
+                self.advance(side * self._speeds)
                 self._data.SetTime(t + side)
-                found.append(self.lacking(velocity=True))
+                found.append(evaluate())
                 self._x[:] = x
         finally:
             self._x[:] = x
             self._data.SetTime(t)
-        return (found[1] - found[0]) / (2.0 * e)
+        return (found[0] - found[1]) / (2.0 * e)
 
-    @contextmanager
-    def moved(self, time: float, vectors: np.ndarray, reference: np.ndarray) -> Iterator[None]:
-        """Be a short time [s] further on along the motion."""
-        x, t = self._x.copy(), self._data.GetTime()
-        try:
-            advance(vectors, reference, self._x, time * self._speeds)
-            self._data.SetTime(t + time)
-            yield
-        finally:
-            self._x[:] = x
-            self._data.SetTime(t)
+    def advance(self, step: np.ndarray) -> None:
+        """Move the system by a step (N,) along its speeds."""
+        advance(self.vectors, self.reference, self._x, step)
 
 
 def short_time(speeds: np.ndarray) -> float:
@@ -124,7 +127,7 @@ def solved(K: np.ndarray, right: np.ndarray) -> np.ndarray | None:
     return None if failed or not np.isfinite(solution).all() else solution
 
 
-def rotation_vectors(mbs: exu.MainSystem) -> np.ndarray:
+def _rotation_vectors(mbs: exu.MainSystem) -> np.ndarray:
     """First coordinates of all rotation vectors in the system."""
     data = mbs.systemData
     first = [

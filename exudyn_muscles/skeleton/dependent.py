@@ -27,7 +27,7 @@ from ..numerics.curves import PackedCurves, evaluate, pack
 from ..numerics.kernel import kernel
 from .coupling import DependentCoordinate, chains
 from .geometry import Geometry
-from .opened import Opened
+from .opened import Opened, agree
 from .state import State
 
 
@@ -137,8 +137,7 @@ class Dependent:
         needed = opened.state.current[2]
         found = needed.copy()
         self.begin(opened, self._torque)
-        right = np.abs(found - needed).max() <= 1e-6 * np.abs(needed).max() + 1e-9
-        if not (right or newmark):
+        if not (newmark or agree(found, needed)):
             raise ParameterError(
                 "generalized alpha starts from initial accelerations of its own, which cannot be "
                 "right here: the tree's mass matrix is singular without the reactions of its "

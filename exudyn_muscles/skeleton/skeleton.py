@@ -265,9 +265,6 @@ class Skeleton(ExudynSkeleton):
     def settle(self, newmark: bool) -> None:
         self.basis.settle(self._opened, newmark)
 
-    def place_at(self, q: np.ndarray, v: np.ndarray) -> tuple:
-        return q, v
-
     def along(self, q: np.ndarray) -> Iterator[tuple]:
         rest = np.zeros(len(self))
         return ((row, rest) for row in q)

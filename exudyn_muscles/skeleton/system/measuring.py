@@ -7,6 +7,8 @@ import math
 import numpy as np
 
 from ...numerics.kernel import kernel
+from ...path.frames import turned
+from ...path.rope import cross
 from ..rotations import advance
 from .frames import ROTATION, VELOCITY, rigid_frames
 
@@ -14,11 +16,11 @@ TURN = 2.0 * math.pi
 
 # Kinds of tracked quantities.
 ANGLE, SLOPE, DISPLACEMENT, COORDINATE, FUNCTION = range(5)
-# Columns of a row: kind; the frames it lies between; for angles the two entries of the relative
-# rotation A = A_0^T A_1 and their signs; for displacements the axis; points and axes in the frames.
-KIND, FRAMES, ENTRIES, AXIS, POINTS, AXES, COLUMNS = (
-    0, slice(1, 3), slice(3, 9), 9, (slice(10, 13), slice(13, 16)), (slice(16, 25), slice(25, 34)),
-    34,
+# Columns of a row: kind; the frames it lies between, or a coordinate; of angles the two entries of
+# the relative rotation A = A_0^T A_1 and their signs; of displacements the axis; points and axes in
+# the frames.
+KIND, FRAME_0, FRAME_1, ENTRIES, AXIS, POINT_0, POINT_1, AXES_0, AXES_1, COLUMNS = (
+    0, 1, 2, slice(3, 9), 9, slice(10, 13), slice(13, 16), slice(16, 25), slice(25, 34), 34
 )  # fmt: skip
 
 
@@ -34,19 +36,6 @@ def _axes(R, frame, local, A):
                     R[frame, i, 0] * local[j] + R[frame, i, 1] * local[3 + j]
                     + R[frame, i, 2] * local[6 + j]
                 )  # fmt: skip
-
-
-@kernel
-def _place(R, p, frame, local, x):
-    """Write a joint's point x in ground."""
-    for i in range(3):
-        if frame < 0:
-            x[i] = local[i]
-        else:
-            x[i] = (
-                p[frame, i] + R[frame, i, 0] * local[0] + R[frame, i, 1] * local[1]
-                + R[frame, i, 2] * local[2]
-            )  # fmt: skip
 
 
 @kernel
@@ -68,33 +57,37 @@ def measure(table, starts, indices, R, p, J, x, z, T):
     x_0, x_1 = np.empty(3), np.empty(3)
     zero, gradient, arm = np.zeros(3), np.empty(3), np.empty(3)
     for k in range(table.shape[0]):
-        row, kind = table[k], int(table[k, 0])
+        row, kind = table[k], int(table[k, KIND])
         if kind == FUNCTION:
             continue
         T[k] = 0.0
-        f_0, f_1 = int(row[1]), int(row[2])
+        f_0, f_1 = int(row[FRAME_0]), int(row[FRAME_1])
         if kind == COORDINATE:
             z[k] = x[f_0]
             T[k, f_0] = 1.0
             continue
-        _axes(R, f_0, row[16:25], A_0)
+        _axes(R, f_0, row[AXES_0], A_0)
         if kind == DISPLACEMENT:
-            _place(R, p, f_0, row[10:13], x_0)
-            _place(R, p, f_1, row[13:16], x_1)
-            axis = int(row[9])
+            turned(R, f_0, row[POINT_0], x_0)
+            turned(R, f_1, row[POINT_1], x_1)
+            if f_0 >= 0:
+                x_0 += p[f_0]
+            if f_1 >= 0:
+                x_1 += p[f_1]
+            axis = int(row[AXIS])
             z[k] = 0.0
             for i in range(3):
                 gradient[i] = A_0[i, axis]
                 z[k] += gradient[i] * (x_1[i] - x_0[i])
             # d/dt of e . (x_1 - x_0), with e fixed in frame 0
             if f_1 >= 0:
-                _cross(x_1 - p[f_1], gradient, arm)
+                cross(x_1 - p[f_1], gradient, arm)
                 _add(starts, indices, J, f_1, 1.0, gradient, arm, T[k])
             if f_0 >= 0:
-                _cross(x_1 - p[f_0], gradient, arm)
+                cross(x_1 - p[f_0], gradient, arm)
                 _add(starts, indices, J, f_0, -1.0, gradient, arm, T[k])
             continue
-        _axes(R, f_1, row[25:34], A_1)
+        _axes(R, f_1, row[AXES_1], A_1)
         for i in range(3):
             for j in range(3):
                 A[i, j] = A_0[0, i] * A_1[0, j] + A_0[1, i] * A_1[1, j] + A_0[2, i] * A_1[2, j]
@@ -103,15 +96,17 @@ def measure(table, starts, indices, R, p, J, x, z, T):
             # dA = omega x A, so that d A_02 = omega_1 A_22 - omega_2 A_12
             gradient[0], gradient[1], gradient[2] = 0.0, A[2, 2] / c, -A[1, 2] / c
         else:
-            i, j, u, w = int(row[3]), int(row[4]), int(row[6]), int(row[7])
-            s, c = row[5] * A[i, j], row[8] * A[u, w]
+            entries = row[ENTRIES]
+            i, j, u, w = int(entries[0]), int(entries[1]), int(entries[3]), int(entries[4])
+            sign_s, sign_c = entries[2], entries[5]
+            s, c = sign_s * A[i, j], sign_c * A[u, w]
             for axis in range(3):
                 gradient[axis] = 0.0
             # d A_ij = (omega x A_j)_i
-            gradient[(i + 1) % 3] += row[5] * A[(i + 2) % 3, j] * c
-            gradient[(i + 2) % 3] -= row[5] * A[(i + 1) % 3, j] * c
-            gradient[(u + 1) % 3] -= row[8] * A[(u + 2) % 3, w] * s
-            gradient[(u + 2) % 3] += row[8] * A[(u + 1) % 3, w] * s
+            gradient[(i + 1) % 3] += sign_s * A[(i + 2) % 3, j] * c
+            gradient[(i + 2) % 3] -= sign_s * A[(i + 1) % 3, j] * c
+            gradient[(u + 1) % 3] -= sign_c * A[(u + 2) % 3, w] * s
+            gradient[(u + 2) % 3] += sign_c * A[(u + 1) % 3, w] * s
             for axis in range(3):
                 gradient[axis] /= s * s + c * c
         z[k] = math.atan2(s, c)
@@ -119,13 +114,6 @@ def measure(table, starts, indices, R, p, J, x, z, T):
             arm[i] = A_0[i, 0] * gradient[0] + A_0[i, 1] * gradient[1] + A_0[i, 2] * gradient[2]
         _add(starts, indices, J, f_1, 1.0, zero, arm, T[k])
         _add(starts, indices, J, f_0, -1.0, zero, arm, T[k])
-
-
-@kernel
-def _cross(a, b, c):
-    c[0] = a[1] * b[2] - a[2] * b[1]
-    c[1] = a[2] * b[0] - a[0] * b[2]
-    c[2] = a[0] * b[1] - a[1] * b[0]
 
 
 @kernel(allocates=True)

@@ -17,9 +17,8 @@ import exudyn as exu
 import numpy as np
 
 from ...errors import ModelError, SimulationError
-from ..constrained import ConstrainedEquations, rotation_vectors, short_time, solved
+from ..constrained import ConstrainedEquations, short_time, solved
 from ..opened import Dynamics
-from ..rotations import advance
 from ..state import State
 from .frame_list import FrameList
 from .frames import Frames
@@ -77,7 +76,6 @@ class OpenedSystem:
         self._equations = ConstrainedEquations(mbs, self._solver, self.state)
         self._tables, self._R, self._p = frames.tables()
         self._markers, self._tracked = frames.markers, tracked
-        self._vectors = rotation_vectors(mbs)
         self._rigid = not (frames.markers or tracked.functions)  # frames are those of bodies alone
         self._turns = np.zeros(len(names))
         self._object, self._order = forces
@@ -120,17 +118,14 @@ class OpenedSystem:
 
     def rate(self, pose: Pose) -> np.ndarray:
         """T' x' (n,) there, by central differences along the motion."""
-        e, rate = short_time(pose.x_t), np.zeros(len(self._names))
         if self._rigid:
+            rate = np.empty(len(self._names))
             rate_along(
-                self._tracked.table, *self._tables, self._vectors, pose.x, pose.x_t, e,
-                *pose.frames, rate,
+                self._tracked.table, *self._tables, self._equations.vectors, pose.x, pose.x_t,
+                short_time(pose.x_t), *pose.frames, rate,
             )  # fmt: skip
             return rate
-        for side in (e, -e):
-            with self._equations.moved(side, self._vectors, self._tables.reference):
-                rate += self._pose(pose.z).T @ pose.x_t / (2.0 * side)
-        return rate
+        return self._equations.derivative(lambda: self._pose(pose.z).T @ pose.x_t)
 
     # Dynamics.
 
@@ -151,16 +146,13 @@ class OpenedSystem:
         """Q - H (N,) without the muscles' load, where the equations are free."""
         return self._equations.forces() - self._load
 
-    def _gamma(self) -> np.ndarray:
-        return self._equations.demanded(self._vectors, self._tables.reference)
-
     def dynamics(self) -> Dynamics:
         """M_z and H_z - Q_z at the current state."""
         pose, n = self.pose(), self.state.q.size
         K = self._equations.matrix()
         right = np.zeros((K.shape[0], 1 + len(self._names)))
         with self._equations.free():
-            right[:n, 0], right[n:, 0] = self._acting(), self._gamma()
+            right[:n, 0], right[n:, 0] = self._acting(), self._equations.demanded()
         right[:n, 1:] = pose.T.T
         response = self._solved(K, right)
         M = _inverse(pose.T @ response[:, 1:])
@@ -172,7 +164,7 @@ class OpenedSystem:
         """x'' (N,) at the current state under a further load (N,)."""
         K = self._equations.matrix()
         with self._equations.free():
-            right = np.append(self._acting() + load, self._gamma())
+            right = np.append(self._acting() + load, self._equations.demanded())
         return self._solved(K, right[:, None])[:, 0]
 
     @property
@@ -213,12 +205,11 @@ class OpenedSystem:
             lack, away = self.equations(velocity=False), q - pose.z
             step = self._towards(pose, lack, away)
             off = max(np.abs(lack).max(initial=0.0), np.abs(away).max())
-            if np.abs(step).max() <= CLOSE * max(1.0, np.abs(pose.x).max()) or off <= CLOSE:
+            still = np.abs(step).max() <= CLOSE * max(1.0, np.abs(pose.x).max())
+            if still or off <= (CLOSE if turn < ENOUGH_ITERATIONS else CLOSE_ENOUGH):
                 break
             step *= min(1.0, FARTHEST / np.abs(step).max())
-            advance(self._vectors, self._tables.reference, state.q, step)
-            if turn >= ENOUGH_ITERATIONS and off <= CLOSE_ENOUGH:
-                break
+            self._equations.advance(step)
         else:
             j = int(np.abs(away).argmax())
             raise ModelError(
@@ -241,7 +232,7 @@ class OpenedSystem:
             array[:] = values
         K = self._equations.matrix(-0.25 * h * h, -0.5 * h)
         _, v_0, a_0 = state.at_start
-        advance(self._vectors, self._tables.reference, state.q, h * v_0 + 0.25 * h * h * a_0)
+        self._equations.advance(h * v_0 + 0.25 * h * h * a_0)
         state.v[:] = v_0 + 0.5 * h * a_0
         self._data.SetTime(t)
         with self._equations.free():
@@ -249,7 +240,7 @@ class OpenedSystem:
                 self._acting() + self._load, -2.0 / h * self._equations.lacking(velocity=True)
             )
         a_1 = self._solved(K, right[:, None])[:, 0]
-        advance(self._vectors, self._tables.reference, state.q, 0.25 * h * h * a_1)
+        self._equations.advance(0.25 * h * h * a_1)
         state.v[:] += 0.5 * h * a_1
 
     def _towards(self, pose: Pose, lack: np.ndarray, away: np.ndarray) -> np.ndarray:

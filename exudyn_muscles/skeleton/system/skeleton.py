@@ -15,7 +15,7 @@ from ...path.paths import Paths
 from ..base import ExudynSkeleton, Mounted
 from ..geometry import Geometry
 from ..hold import Hold, hold
-from ..opened import Dynamics
+from ..opened import Dynamics, agree
 from ..reading import check_assembled, original, raise_as_itself
 from ..shown import Sticks
 from .coordinates import Tracked
@@ -89,7 +89,7 @@ class GeneralSkeleton(ExudynSkeleton):
         loads = compile_loads(paths, muscles, actuators)
 
         def geometry(q: np.ndarray, v: np.ndarray, *there: Any) -> Geometry:
-            pose, B, _ = there or self.place_at(q, v)[2:]
+            pose, B, _ = there or self._place_at(q, v)[2:]
             return GeometryOnAll(*loads(pose), B)
 
         m = len(muscles)
@@ -208,11 +208,10 @@ class GeneralSkeleton(ExudynSkeleton):
     def place(self) -> tuple:
         return self.now.dynamics().place
 
-    def place_at(self, q: np.ndarray, v: np.ndarray) -> tuple:
-        if self._opened is None:
-            with self.opened(near=q):
-                return self.dynamics_at(q, v, self.mbs.systemData.GetTime()).place
-        return self.dynamics_at(q, v, self.mbs.systemData.GetTime()).place
+    def _place_at(self, q: np.ndarray, v: np.ndarray) -> tuple:
+        with self._apart(q) as system:
+            system.go_to(q, v, self.mbs.systemData.GetTime())
+            return system.dynamics().place
 
     def along(self, q: np.ndarray) -> Iterator[tuple]:
         rest, t = np.zeros(len(self)), self.mbs.systemData.GetTime()
@@ -253,8 +252,7 @@ class GeneralSkeleton(ExudynSkeleton):
         needed = self.now.state.a
         found = needed.copy()
         needed[:] = self.now.accelerations(self.now.load)
-        right = np.abs(found - needed).max() <= 1e-6 * np.abs(needed).max() + 1e-9
-        if not (right or newmark):
+        if not (newmark or agree(found, needed)):
             raise ParameterError(
                 "generalized alpha starts from initial accelerations of its own, which do not "
                 "balance the initial loads here; use TrapezoidalIndex2 or "

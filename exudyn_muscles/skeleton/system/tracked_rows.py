@@ -10,7 +10,6 @@ import numpy as np
 
 from ...checks import item_shown
 from ...errors import ParameterError
-from ...path.frames import GROUND
 from . import measuring as rows
 from .coordinates import (
     AXES,
@@ -63,7 +62,7 @@ def tracked_rows(
             units.append("m")
         elif isinstance(one, NodeCoordinate):
             table[k, rows.KIND] = rows.COORDINATE
-            table[k, rows.FRAMES] = _coordinate(mbs, what, one), GROUND
+            table[k, rows.FRAME_0] = _coordinate(mbs, what, one)
             units.append(one.unit)
         elif isinstance(one, ScalarFunction):
             table[k, rows.KIND] = rows.FUNCTION
@@ -99,8 +98,17 @@ def _between(
 ) -> None:
     """Frames, points and axes of what lies between two markers."""
     for side, marker in enumerate((one.marker_0, one.marker_1)):
-        row[1 + side], row[rows.POINTS[side]], own = frames.place_of_marker(what, int(marker))
-        row[rows.AXES[side]] = (own @ axes).ravel()
+        _put_side(frames, what, row, side, int(marker), axes)
+
+
+def _put_side(
+    frames: FrameList, what: str, row: np.ndarray, side: int, marker: int, axes: np.ndarray
+) -> None:
+    """Write frame, point and axes of one of both markers."""
+    frame, point, own = frames.place_of_marker(what, marker)
+    row[(rows.FRAME_0, rows.FRAME_1)[side]] = frame
+    row[(rows.POINT_0, rows.POINT_1)[side]] = point
+    row[(rows.AXES_0, rows.AXES_1)[side]] = (own @ axes).ravel()
 
 
 def _turned_to(axis: np.ndarray, column: int) -> np.ndarray:
@@ -147,8 +155,7 @@ def _joint(
         raise ParameterError(f"{what}: free axes of {shown}, are {', '.join(free)}, {given}")
     for side in range(2):
         marker = int(item["markerNumbers"][side])
-        row[1 + side], row[rows.POINTS[side]], own = frames.place_of_marker(what, marker)
-        row[rows.AXES[side]] = (own @ _axes_of(item, side)).ravel()
+        _put_side(frames, what, row, side, marker, _axes_of(item, side))
     if axis[0] == "t":
         row[rows.KIND], row[rows.AXIS] = rows.DISPLACEMENT, "xyz".index(axis[1])
         return "m"

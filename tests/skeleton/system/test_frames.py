@@ -15,6 +15,7 @@ from exudyn.utilities import (
 
 import exudyn_muscles as em
 from exudyn_muscles.checks import BodyNumber, MarkerNumber
+from exudyn_muscles.skeleton.rotations import advance
 
 from ...differences import gradient
 from .convert import EULER, TAIT_BRYAN, VECTOR
@@ -91,11 +92,8 @@ def relative(pair):
 
 def moved(skeleton, dx):
     """x with a small displacement along Exudyn's speeds."""
-    from exudyn_muscles.skeleton.constrained import rotation_vectors
-    from exudyn_muscles.skeleton.rotations import advance
-
-    x = skeleton.now.state.q.copy()
-    advance(rotation_vectors(skeleton.mbs), skeleton.pose().tables.reference, x, dx)
+    x, equations = skeleton.now.state.q.copy(), skeleton.now._equations
+    advance(equations.vectors, equations.reference, x, dx)
     return x
 
 

@@ -112,19 +112,8 @@ def as_tree():
             return em.PathPoint(place)
         return em.PathPoint(np.add(place, [lengths[body] / 2, 0, 0]), link=number[body])
 
-    muscles = [
-        em.Muscle(
-            name,
-            max_isometric_force=strength,
-            optimal_fiber_length=fiber,
-            tendon_slack_length=tendon,
-            max_contraction_velocity=10.0,
-            path=[point(*first), point(*last)],
-        )
-        for name, (strength, fiber, tendon, first, last) in pedalling.MUSCLES.items()
-    ]
     return em.MusculoskeletalModel(
-        mbs, tree, muscles, coordinates=["hip", "knee", "crank"],
+        mbs, tree, pedalling.muscles(point), coordinates=["hip", "knee", "crank"],
         dependent_coordinates=dependent, reserves=[em.Reserve("crank", optimal_force=10.0)],
     )  # fmt: skip
 

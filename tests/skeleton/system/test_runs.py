@@ -359,3 +359,28 @@ def test_actuators_and_recorded_forces_on_bodies():
     np.testing.assert_allclose(result.reserves[:, 2], torque, rtol=0, atol=0.01)
     coupled = em.cosimulate(model, motion)
     assert np.abs(coupled.tracking_error_rms()).max() < 2e-5
+
+
+def test_a_replay_counts_turns_from_where_the_motion_began():
+    """Angles of the system itself end at half a turn; excitations know where they start."""
+    times = np.linspace(0.0, 1.0, 101)
+    turned = em.Motion.from_samples(times, MOTION(times)[0] + 4.0 * np.pi)
+    result = METHODS["cmc"](Arm().model(), turned)
+    again = em.forward_dynamics(Arm().model(), result.excitations)
+    np.testing.assert_allclose(again.coordinates, result.coordinates, rtol=0, atol=1e-9)
+    assert result.coordinates.min() > 3.9 * np.pi
+
+
+@pytest.mark.filterwarnings("ignore::exudyn_muscles.FrozenBodiesWarning")
+def test_geometry_between_runs_leaves_the_system_alone():
+    """At any coordinates, also where the `mbs` was assembled anew since the last run."""
+    arm = Arm(spring_hand)
+    model, data = arm.model(), arm.mbs.systemData
+    before = METHODS["static"](model, MOTION)
+    arm.mbs.Assemble()
+    state = [np.array(x) for x in data.GetSystemState()]
+    q, v = before.coordinates[30], before.speeds[30]
+    length = model.geometry(q, v).length
+    np.testing.assert_allclose(length, before.musculotendon_lengths[30], rtol=0, atol=1e-12)
+    for now, then in zip(data.GetSystemState(), state, strict=True):
+        np.testing.assert_array_equal(now, then)
