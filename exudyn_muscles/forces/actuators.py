@@ -70,8 +70,8 @@ class PointActuator:
     Parameters
     ----------
     name : str
-    link : int
-        Number of the link in the kinematic tree, from 0.
+    link : int, ObjectIndex or MarkerIndex
+        Number of the link in the kinematic tree, from 0; in other systems a body or marker.
     point : (3,) sequence of float
         In the frame of the link, or where the point is in ground [m].
     direction : (3,) sequence of float
@@ -118,14 +118,14 @@ class TorqueActuator:
     Parameters
     ----------
     name : str
-    link : int
-        Number of the link that gets the torque, from 0.
+    link : int, ObjectIndex or MarkerIndex
+        What gets the torque, as in `PointActuator`.
     axis : (3,) sequence of float
         Of a positive torque, in ground or in the frame of the link; any length but zero.
     optimal_force : float
         Torque [N m] at control 1: the larger, the cheaper.
-    against : int
-        The link that gets the opposite torque; ground if left out.
+    against : int, ObjectIndex or MarkerIndex
+        What gets the opposite torque; ground if left out.
     torque_is_global : bool
         The axis is in ground.
     min_control, max_control : float

@@ -29,8 +29,8 @@ class ExternalForce:
     Parameters
     ----------
     name : str
-    link : int
-        That it acts on.
+    link : int, ObjectIndex or MarkerIndex
+        That it acts on: of a kinematic tree by its number, else a body or marker.
     times : (k,) array_like
         Increasing [s], k >= 2.
     force : (k, 3) array_like, optional

@@ -38,8 +38,8 @@ class WrapSurface:
         Of the center, in the frame of the link or in the global frame [m].
     rotation : (3,) sequence of float
         Body-fixed angles about x, y and z, one after the other [rad].
-    link : int, optional
-        Number of the link in the kinematic tree, from 0; ground if left out.
+    link : int, ObjectIndex or MarkerIndex, optional
+        As in `PathPoint`; ground if left out.
     side : str, optional
         "x", "-x", "y", ...: the muscle passes on this side of the center, in the surface's own
         axes; OpenSim's `quadrant`. By the shorter way if left out.
