@@ -12,7 +12,7 @@ from ..model import MusculoskeletalModel
 from ..skeleton.geometry import Geometry
 from ..skeleton.opened import Dynamics
 from .cosimulation_settings import CosimulationSettings
-from .recruiting import Excited, Opened, Recruited
+from .recruiting import Excited, Opened, Recruited, Started
 from .tracked import TrackedState
 
 
@@ -49,6 +49,7 @@ class CoupledScheme(ABC):
     """When within a step the muscles are recruited, and for which torque."""
 
     feeds_back: bool
+    state_kind: type[CoupledState] = CoupledState
 
     def __init__(self, model: MusculoskeletalModel, settings: CosimulationSettings) -> None:
         self.model, self.skeleton, self.settings = model, model.skeleton, settings
@@ -56,6 +57,9 @@ class CoupledScheme(ABC):
     @abstractmethod
     def ready(self, step: float) -> None:
         """See `Plugin`."""
+
+    def begin(self, state: CoupledState, start: Started) -> None:  # noqa: B027 (nothing to keep)
+        """The muscles have begun in their steady state at the system's current one."""
 
     @abstractmethod
     def open_step(self, state: CoupledState) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..simulation.solver import request_jacobian
 from ..skeleton.geometry import Geometry
+from ..skeleton.opened import Dynamics
 from .cosimulation_settings import FirstIterate
 from .coupled import CoupledScheme, CoupledState
 from .recruiting import Excited
@@ -27,11 +28,15 @@ class FullScheme(CoupledScheme):
 
     def torque(self, state: CoupledState, t: float, first: bool) -> np.ndarray:
         state.here = here = self.skeleton.dynamics()
-        Q_m = state.tracking.demand(t, here)
+        Q_m = self.demand(state, t, here)
         if first and self.settings.first_iterate is FirstIterate.DEMAND:
             state.recruited = None
             return self.skeleton.ideal_load(here, Q_m)
         return self.recruit(state, Q_m, here)
+
+    def demand(self, state: CoupledState, t: float, there: Dynamics) -> np.ndarray:
+        """The torques (n,) that are asked for at a state."""
+        return state.tracking.demand(t, there)
 
     def jacobian(
         self, state: CoupledState, exact: np.ndarray, mass: float, dq: float, dv: float
@@ -49,7 +54,7 @@ class FullScheme(CoupledScheme):
 
         def imbalance(q: np.ndarray, v: np.ndarray) -> np.ndarray:
             there = skeleton.dynamics_at(q, v, t)
-            served = self.serve(state, state.tracking.demand(t, there), there)
+            served = self.serve(state, self.demand(state, t, there), there)
             return skeleton.imbalance(there, a, served.recruitment.torque)
 
         columns = np.eye(q.size) * DIFFERENCE

@@ -18,7 +18,7 @@ from .kernel_cache import kernel_cache
 SOURCES = (
     "numerics", "muscle", "path", "forces", "skeleton/tree.py", "skeleton/geometry.py",
     "skeleton/dependent.py", "skeleton/system/frames.py", "skeleton/system/measuring.py",
-    "skeleton/system/geometry.py", "recruitment", "methods/unified.py",
+    "skeleton/system/geometry.py", "recruitment", "methods/unified.py", "methods/course.py",
 )  # fmt: skip
 
 

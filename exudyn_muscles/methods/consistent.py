@@ -1,0 +1,223 @@
+"""Consistent co-simulation: within a step the skeleton feels the force that the muscles really
+have there.
+
+CSF's torque runs through a step as Exudyn's integrator has it, while the force of muscles with held
+excitations is curved. Deferred correction closes the gap. At a corrector iterate, with the forces
+recruited and the excitations found that lead to them, the muscles are integrated over the step that
+ends there; at the nodes of a quadrature their torques, M and H - Q give the accelerations q'' that
+the skeleton really has, and
+
+    q_1 = q_0 + h q_0' + int (t_1 - t) q'' dt,    q_1' = q_0' + int q'' dt
+
+is where the step really leads. The iterate is moved there, and Exudyn's Newton goes on from it as if
+the step had begun elsewhere: the integrator is the same, and so is its matrix. A step begins with
+the correction that the ones before make expect.
+
+The nodes of the muscles' force are more than those of M and H - Q, which are smoother: three, of
+which both ends are known.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from ..errors import ModelError
+from ..model import MusculoskeletalModel
+from ..skeleton.geometry import Geometry
+from ..skeleton.opened import Dynamics, hermite
+from ..skeleton.skeleton import Skeleton
+from .cosimulation_settings import CosimulationSettings
+from .coupled import CoupledState
+from .course import MuscleCourse
+from .csf import FullScheme
+from .disturbance import speed_error
+from .recruiting import Excited, Recruited, Started
+
+NODES = 6
+# A correction that changes by less [rad or m] is added at the step's end without another iterate:
+# what it changes in turn is some per cent of it.
+CLOSE = 1e-6
+MOST_PASSES = 3
+
+
+def lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights (count,) of Lobatto's quadrature from 0 to 1.
+
+    Examples
+    --------
+    >>> lobatto(3)[1] * 6
+    array([1., 4., 1.])
+    """
+    last = np.eye(count)[-1]
+    x = np.r_[-1.0, np.sort(legendre.legroots(legendre.legder(last))), 1.0]
+    return 0.5 * (x + 1.0), 1.0 / (count * (count - 1) * legendre.legval(x, last) ** 2)
+
+
+S, WEIGHTS = lobatto(NODES)
+MOMENTS = WEIGHTS * (1.0 - S)
+VALUE, SLOPE = hermite(S)
+# Of the parabola through start, middle and end.
+PARABOLA = np.column_stack([(1 - S) * (1 - 2 * S), 4 * S * (1 - S), S * (2 * S - 1)])
+MIDDLE, MIDDLE_SLOPE = (row[0] for row in hermite(np.array([0.5])))
+
+
+class Trial(NamedTuple):
+    """A step that may be accepted: what was recruited, the muscles at its end with their real
+    torque (N,) there, M and H - Q, and how far from the iterate the step really leads (2, n)."""
+
+    recruited: Recruited
+    excited: Excited
+    there: Dynamics
+    away: np.ndarray
+
+
+@dataclass(eq=False, kw_only=True)
+class ConsistentState(CoupledState):
+    """State of a run of consistent co-simulation.
+
+    Attributes
+    ----------
+    begun : Dynamics
+        At the start of the step.
+    reserve : (r,) ndarray
+        Committed forces of the ideal actuators.
+    moved : (2, n) ndarray
+        By how much the iterates of the step are moved, q and q'.
+    expected : list of tuple of (2, n) ndarray and float
+        The same of the last accepted steps, with their lengths; at most two.
+    passes : int
+        How often the step's iterate was moved.
+    trial : Trial, optional
+        The last one of this step.
+    disturbance : (n,) ndarray
+        d, added to the demanded acceleration.
+    errors : (2, n) ndarray
+        e, e' at the start of the step.
+    """
+
+    begun: Dynamics = field(init=False)
+    reserve: np.ndarray = field(init=False)
+    moved: np.ndarray = field(init=False)
+    expected: list[tuple[np.ndarray, float]] = field(default_factory=list)
+    passes: int = 0
+    trial: Trial | None = None
+    disturbance: np.ndarray = field(init=False)
+    errors: np.ndarray = field(init=False)
+
+
+class ConsistentScheme(FullScheme):
+    """CSF whose step goes where the muscles' real forces lead."""
+
+    state_kind = ConsistentState
+    skeleton: Skeleton
+
+    def __init__(self, model: MusculoskeletalModel, settings: CosimulationSettings) -> None:
+        super().__init__(model, settings)
+        if not isinstance(model.skeleton, Skeleton):
+            raise ModelError(
+                "Scheme.CONSISTENT needs a kinematic tree as the skeleton; use Scheme.FULL"
+            )
+        self.skeleton = model.skeleton
+        self._course = MuscleCourse(model, model.skeleton)
+
+    def begin(self, state: ConsistentState, start: Started) -> None:
+        state.begun, state.reserve = self.skeleton.dynamics(), start.reserve
+        state.disturbance = np.zeros(len(self.skeleton))
+        state.errors = self._errors(state, self.model.mbs.systemData.GetTime())
+
+    def open_step(self, state: ConsistentState) -> None:
+        super().open_step(state)
+        state.trial, state.passes = None, 0
+        state.moved = _expected(state.expected, state.step, len(self.skeleton))
+
+    def torque(self, state: ConsistentState, t: float, first: bool) -> np.ndarray:
+        if first:
+            self.skeleton.move(*state.moved)
+            return super().torque(state, t, first)
+        load = super().torque(state, t, first)
+        state.trial = trial = self._tried(state, t, state.served())
+        if state.passes == MOST_PASSES or not _far(trial.away, state.step):
+            return load
+        state.passes += 1
+        self._move(state, trial)
+        # What the next iterate recruits is near what the control law asks for.
+        return super().torque(state, t, True)
+
+    def demand(self, state: ConsistentState, t: float, there: Dynamics) -> np.ndarray:
+        return super().demand(state, t, there) + there.M @ state.disturbance
+
+    def excite(self, state: ConsistentState) -> tuple[Excited, Geometry]:
+        trial = state.trial
+        if trial is None:
+            state.served()  # raises
+        state.muscles.check(trial.recruited)
+        self._move(state, trial)
+        state.expected = [*state.expected[-1:], (state.moved, state.step)]
+        state.begun, state.reserve = trial.there, trial.excited.reserve
+        self._estimate(state, trial.recruited)
+        return trial.excited, self.model.geometry(*self.skeleton.place)
+
+    def _move(self, state: ConsistentState, trial: Trial) -> None:
+        """Go where the step really leads."""
+        self.skeleton.move(*trial.away)
+        state.moved = state.moved + trial.away
+        state.trial = trial._replace(away=np.zeros_like(trial.away))
+
+    def _tried(self, state: ConsistentState, t: float, recruited: Recruited) -> Trial:
+        """Where the step that ends at the current state really leads."""
+        skeleton, h, (M_0, bias_0, _), here = self.skeleton, state.step, state.begun, state.here
+        excited = state.muscles.tried(recruited)
+        (q_0, v_0, _), q_1, v_1 = skeleton.start, skeleton.q, skeleton.v
+        ends = np.array([q_0, h * v_0, q_1, h * v_1])
+        M, bias, _ = skeleton.dynamics_within(MIDDLE @ ends, MIDDLE_SLOPE @ ends / h, t - 0.5 * h)
+        q, v, reduced = skeleton.basis.along(VALUE @ ends, SLOPE @ ends / h)
+        course = self._course.over(state.opened.window, excited.window.excitation, h * S, q, v)
+        torques = course.torques
+        if state.reserve.size:
+            held = np.outer(1.0 - S, state.reserve) + np.outer(S, excited.reserve)
+            torques = torques + [self.model.columns(x) @ f for x, f in zip(q, held, strict=True)]
+        Ms = np.tensordot(PARABOLA, np.array([M_0, M, here.M]), 1)
+        biases = PARABOLA @ np.array([bias_0, bias, here.bias])
+        a = np.linalg.solve(Ms, (reduced(torques) - biases)[..., None])[..., 0]
+        leads = q_0 + h * (v_0 + h * (MOMENTS @ a)), v_0 + h * (WEIGHTS @ a)
+        excited = excited._replace(
+            activation=course.activation, tendon_length=course.tendon_length
+        )
+        return Trial(recruited, excited, here, np.array(leads) - [q_1, v_1])
+
+    def _errors(self, state: ConsistentState, t: float) -> np.ndarray:
+        q_d, v_d, _ = state.tracking.desired(t)
+        return np.array([q_d - self.skeleton.q, v_d - self.skeleton.v])
+
+    def _estimate(self, state: ConsistentState, recruited: Recruited) -> None:
+        """Learn from the accepted step what muscles leave of the control law."""
+        h, law = state.step, state.tracking
+        errors = self._errors(state, recruited.reached.opened.end)
+        # A demand out of reach says nothing of the law.
+        if not recruited.recruitment.unmet.any():
+            ideal = speed_error(*state.errors, law.kp, law.kv, h)
+            gain = self.settings.disturbance_gain / h
+            state.disturbance = state.disturbance + gain * (errors[1] - ideal)
+        state.errors = errors
+
+
+def _far(away: np.ndarray, h: float) -> bool:
+    return bool(np.abs(away[0]).max() > CLOSE or h * np.abs(away[1]).max() > CLOSE)
+
+
+def _expected(last: list[tuple[np.ndarray, float]], h: float, n: int) -> np.ndarray:
+    """The correction (2, n) of a step of the length `h`, from those of the last steps.
+
+    They are of third order in q and of second order in q', and go on linearly.
+    """
+    if not last:
+        return np.zeros((2, n))
+    scaled = [moved * [[(h / length) ** 3], [(h / length) ** 2]] for moved, length in last]
+    if len(last) == 1:
+        return scaled[0]
+    ahead = (h + last[1][1]) / (last[0][1] + last[1][1])
+    return scaled[1] + ahead * (scaled[1] - scaled[0])
