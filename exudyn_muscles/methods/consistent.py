@@ -37,7 +37,6 @@ from .csf import FullScheme
 from .disturbance import speed_error
 from .recruiting import Excited, Recruited, Started
 
-NODES = 6
 # A correction that changes by less [rad or m] is added at the step's end without another iterate:
 # what it changes in turn is some per cent of it.
 CLOSE = 1e-6
@@ -57,11 +56,39 @@ def lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:
     return 0.5 * (x + 1.0), 1.0 / (count * (count - 1) * legendre.legval(x, last) ** 2)
 
 
-S, WEIGHTS = lobatto(NODES)
-MOMENTS = WEIGHTS * (1.0 - S)
-VALUE, SLOPE = hermite(S)
-# Of the parabola through start, middle and end.
-PARABOLA = np.column_stack([(1 - S) * (1 - 2 * S), 4 * S * (1 - S), S * (2 * S - 1)])
+def panels(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights (2 count + 1,) of Simpson's rule in as many panels."""
+    weights = np.zeros(2 * count + 1)
+    for k in range(count):
+        weights[2 * k : 2 * k + 3] += np.array([1.0, 4.0, 1.0]) / (6.0 * count)
+    return np.linspace(0.0, 1.0, 2 * count + 1), weights
+
+
+class Nodes:
+    """Where in a step accelerations are taken, and what is made of them.
+
+    Attributes
+    ----------
+    s : (k,) ndarray
+        The nodes, as parts of the step.
+    weights, moments : (k,) ndarray
+        int x ds and int (1 - s) x ds of values x there.
+    value, slope : (k, 4) ndarray
+        As of `hermite`.
+    parabola : (k, 3) ndarray
+        Weights of values at the step's start, middle and end.
+    """
+
+    def __init__(self, s: np.ndarray, weights: np.ndarray) -> None:
+        self.s, self.weights, self.moments = s, weights, weights * (1.0 - s)
+        self.value, self.slope = hermite(s)
+        self.parabola = np.column_stack(
+            [(1.0 - s) * (1.0 - 2.0 * s), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)]
+        )
+
+
+USUAL = Nodes(*lobatto(6))
+FINE = Nodes(*panels(10))  # where a path jumps, such as at a point that comes or goes
 MIDDLE, MIDDLE_SLOPE = (row[0] for row in hermite(np.array([0.5])))
 
 
@@ -174,19 +201,23 @@ class ConsistentScheme(FullScheme):
         (q_0, v_0, _), q_1, v_1 = skeleton.start, skeleton.q, skeleton.v
         ends = np.array([q_0, h * v_0, q_1, h * v_1])
         M, bias, _ = skeleton.dynamics_within(MIDDLE @ ends, MIDDLE_SLOPE @ ends / h, t - 0.5 * h)
-        q, v, reduced = skeleton.basis.along(VALUE @ ends, SLOPE @ ends / h)
-        course = self._course.over(state.opened.window, excited.window.excitation, h * S, q, v)
+        Ms, biases = np.array([M_0, M, here.M]), np.array([bias_0, bias, here.bias])
+        for nodes in (USUAL, FINE):
+            q, v, reduced = skeleton.basis.along(nodes.value @ ends, nodes.slope @ ends / h)
+            course = self._course.over(
+                state.opened.window, excited.window.excitation, h * nodes.s, q, v
+            )
+            if course.is_smooth:
+                break
         torques = course.torques
         if state.reserve.size:
-            held = np.outer(1.0 - S, state.reserve) + np.outer(S, excited.reserve)
-            torques = torques + [self.model.columns(x) @ f for x, f in zip(q, held, strict=True)]
-        Ms = np.tensordot(PARABOLA, np.array([M_0, M, here.M]), 1)
-        biases = PARABOLA @ np.array([bias_0, bias, here.bias])
-        a = np.linalg.solve(Ms, (reduced(torques) - biases)[..., None])[..., 0]
-        leads = q_0 + h * (v_0 + h * (MOMENTS @ a)), v_0 + h * (WEIGHTS @ a)
-        excited = excited._replace(
-            activation=course.activation, tendon_length=course.tendon_length
-        )
+            held = np.outer(1.0 - nodes.s, state.reserve) + np.outer(nodes.s, excited.reserve)
+            actuators = [self.model.columns(x) @ f for x, f in zip(q, held, strict=True)]
+            torques = torques + actuators
+        lack = reduced(torques) - nodes.parabola @ biases
+        a = np.linalg.solve(np.tensordot(nodes.parabola, Ms, 1), lack[..., None])[..., 0]
+        leads = q_0 + h * (v_0 + h * (nodes.moments @ a)), v_0 + h * (nodes.weights @ a)
+        excited = excited._replace(activation=course.activation, tendon_length=course.tendon_length)
         return Trial(recruited, excited, here, np.array(leads) - [q_1, v_1])
 
     def _errors(self, state: ConsistentState, t: float) -> np.ndarray:

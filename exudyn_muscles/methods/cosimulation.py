@@ -22,8 +22,8 @@ from ..results.recorder import Window
 from ..results.trajectory import Trajectory
 from ..simulation.plugin import Plugin
 from ..simulation.run import simulate
-from .cosimulation_settings import CosimulationSettings, Scheme
 from .consistent import ConsistentScheme
+from .cosimulation_settings import CosimulationSettings, Scheme
 from .coupled import CoupledScheme, CoupledState
 from .csf import FullScheme
 from .css import SimplifiedScheme

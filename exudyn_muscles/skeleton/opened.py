@@ -81,7 +81,6 @@ class State:
         self.current[0][:] = q_0 + h * v_0 + 0.5 * h * h * a_0
         self.current[1][:] = v_0 + h * a_0
 
-
     def go_back_to(self, t: float) -> None:
         """Put all bodies where the cubic through the start of the step and the current state has
         them at a time within the step."""
