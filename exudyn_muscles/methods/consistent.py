@@ -9,9 +9,9 @@ the skeleton really has, and
 
     q_1 = q_0 + h q_0' + int (t_1 - t) q'' dt,    q_1' = q_0' + int q'' dt
 
-is where the step really leads. The iterate is moved there, and Exudyn's Newton goes on from it as if
-the step had begun elsewhere: the integrator is the same, and so is its matrix. A step begins with
-the correction that the ones before make expect.
+is where the step really leads. The iterate is moved there, and Exudyn's Newton goes on from it as
+if the step had begun elsewhere: the integrator is the same, and so is its matrix. A step begins
+with the correction that the ones before make expect.
 
 The nodes of the muscles' force are more than those of M and H - Q, which are smoother: three, of
 which both ends are known.
@@ -151,10 +151,11 @@ class ConsistentScheme(FullScheme):
         self.skeleton = model.skeleton
         self._course = MuscleCourse(model, model.skeleton)
 
-    def begin(self, state: ConsistentState, start: Started) -> None:
-        state.begun, state.reserve = self.skeleton.dynamics(), start.reserve
-        state.disturbance = np.zeros(len(self.skeleton))
-        state.errors = self._errors(state, self.model.mbs.systemData.GetTime())
+    def begin(self, state: ConsistentState, start: Started, t: float) -> None:
+        skeleton = self.skeleton
+        state.begun = skeleton.dynamics_at(skeleton.q.copy(), skeleton.v.copy(), t)
+        state.reserve, state.disturbance = start.reserve, np.zeros(len(skeleton))
+        state.errors = self._errors(state, t)
 
     def open_step(self, state: ConsistentState) -> None:
         super().open_step(state)

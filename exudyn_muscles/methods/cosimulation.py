@@ -126,7 +126,7 @@ class CosimulationPlugin(Plugin):
         state = self.state
         start = start_tracking(state, self.model, q, v, self.start_time)
         state.a, state.l_t = start.activation, start.tendon_length
-        self._scheme.begin(state, start)
+        self._scheme.begin(state, start, self.start_time)
         return self.model.load(state.geometry, state.a, state.l_t, start.reserve)
 
     def ready(self, step: float) -> None:

@@ -58,8 +58,8 @@ class CoupledScheme(ABC):
     def ready(self, step: float) -> None:
         """See `Plugin`."""
 
-    def begin(self, state: CoupledState, start: Started) -> None:  # noqa: B027 (nothing to keep)
-        """The muscles have begun in their steady state at the system's current one."""
+    def begin(self, state: CoupledState, start: Started, t: float) -> None:  # noqa: B027
+        """The run begins at the system's current state at the time `t`, the muscles as they are."""
 
     @abstractmethod
     def open_step(self, state: CoupledState) -> None:

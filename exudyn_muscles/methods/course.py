@@ -24,9 +24,9 @@ from ..skeleton.skeleton import Skeleton
 # one step of it from one time to the next mostly suffices, and takes less than the other ones.
 TOLERANCE = 1e-5
 ONE_STEP = 0.1  # of the tolerance: steps that are given may have ten times as much
-# A path that is off its own speeds by this part of its tendon's stretch at F0, from one time to the
-# next, has jumped there, as at a point that comes or goes. The tendon keeps its length, which is the
-# state, and the fibre jumps, as in forward dynamics.
+# A path that is off its own speeds by this part of its tendon's stretch at F0, from one time to
+# the next, has jumped there, as at a point that comes or goes. The tendon keeps its length, which
+# is the state, and the fibre jumps, as in forward dynamics.
 JUMP = 1e-3
 
 

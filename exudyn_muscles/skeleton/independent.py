@@ -46,7 +46,7 @@ class Independent:
     def along(
         self, z: np.ndarray, v: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, Callable[[np.ndarray], np.ndarray]]:
-        """q, q' (k, N) of states z, z' (k, n), and what makes torques (k, n) of such on q (k, N)."""
+        """q, q' (k, N) of states z, z' (k, n), and what makes torques (k, n) of those on q."""
         return z, v, lambda torques: torques
 
     def geometry(self, of_tree: Callable[..., Geometry]) -> Callable[..., Geometry]:
