@@ -93,8 +93,8 @@ MIDDLE, MIDDLE_SLOPE = (row[0] for row in hermite(np.array([0.5])))
 
 
 class Trial(NamedTuple):
-    """A step that may be accepted: what was recruited, the muscles at its end with their real
-    torque (N,) there, M and H - Q, and how far from the iterate the step really leads (2, n)."""
+    """A step that may be accepted: what was recruited, the muscles with their real
+    state there, M and H - Q, and how far away the step really leads, q and h q' (2 n,)."""
 
     recruited: Recruited
     excited: Excited
@@ -113,15 +113,21 @@ class ConsistentState(CoupledState):
     reserve : (r,) ndarray
         Committed forces of the ideal actuators.
     moved : (2, n) ndarray
-        By how much the iterates of the step are moved, q and q'.
+        By how much the iterates of the step are moved, q and h q'.
     expected : list of tuple of (2, n) ndarray and float
         The same of the last accepted steps, with their lengths; at most two.
     passes : int
         How often the step's iterate was moved.
     trial : Trial, optional
         The last one of this step.
-    disturbance : (n,) ndarray
-        d, added to the demanded acceleration.
+    response : (2 n, 2 n) ndarray
+        How much has to be moved, q and h q', for a unit of what the last accepted step was away.
+    learned : (2 n, 2 n) ndarray
+        The same after the last pass of this step.
+    asked : tuple of two (2 n,) ndarray, optional
+        By how much the iterate was moved last, and how far away it had been.
+    estimated : (n,) ndarray
+        What the steps before ask to be added to the demanded acceleration.
     errors : (2, n) ndarray
         e, e' at the start of the step.
     """
@@ -132,7 +138,10 @@ class ConsistentState(CoupledState):
     expected: list[tuple[np.ndarray, float]] = field(default_factory=list)
     passes: int = 0
     trial: Trial | None = None
-    disturbance: np.ndarray = field(init=False)
+    response: np.ndarray = field(init=False)
+    learned: np.ndarray = field(init=False)
+    asked: tuple[np.ndarray, np.ndarray] | None = None
+    estimated: np.ndarray = field(init=False)
     errors: np.ndarray = field(init=False)
 
 
@@ -154,21 +163,26 @@ class ConsistentScheme(FullScheme):
     def begin(self, state: ConsistentState, start: Started, t: float) -> None:
         skeleton = self.skeleton
         state.begun = skeleton.dynamics_at(skeleton.q.copy(), skeleton.v.copy(), t)
-        state.reserve, state.disturbance = start.reserve, np.zeros(len(skeleton))
+        state.reserve, state.estimated = start.reserve, np.zeros(len(skeleton))
+        state.response = np.eye(2 * len(skeleton))
         state.errors = self._errors(state, t)
 
     def open_step(self, state: ConsistentState) -> None:
         super().open_step(state)
-        state.trial, state.passes = None, 0
+        state.trial, state.passes, state.asked = None, 0, None
+        state.learned = state.response
         state.moved = _expected(state.expected, state.step, len(self.skeleton))
 
     def torque(self, state: ConsistentState, t: float, first: bool) -> np.ndarray:
         if first:
-            self.skeleton.move(*state.moved)
+            self._shift(state, state.moved)
+            state.asked = None
             return super().torque(state, t, first)
         load = super().torque(state, t, first)
         state.trial = trial = self._tried(state, t, state.served())
-        if state.passes == MOST_PASSES or not _far(trial.away, state.step):
+        if state.asked is not None:
+            state.learned = learned(state.learned, *state.asked, trial.away)
+        if state.passes == MOST_PASSES or np.abs(trial.away).max() <= CLOSE:
             return load
         state.passes += 1
         self._move(state, trial)
@@ -176,7 +190,10 @@ class ConsistentScheme(FullScheme):
         return super().torque(state, t, True)
 
     def demand(self, state: ConsistentState, t: float, there: Dynamics) -> np.ndarray:
-        return super().demand(state, t, there) + there.M @ state.disturbance
+        # What the muscles' course leaves of the law is asked for in addition, half of it at once.
+        lost = state.moved[1] / state.step**2
+        d = state.estimated - 0.5 * self.settings.disturbance_gain * lost
+        return super().demand(state, t, there) + there.M @ d
 
     def excite(self, state: ConsistentState) -> tuple[Excited, Geometry]:
         trial = state.trial
@@ -185,15 +202,22 @@ class ConsistentScheme(FullScheme):
         state.muscles.check(trial.recruited)
         self._move(state, trial)
         state.expected = [*state.expected[-1:], (state.moved, state.step)]
+        state.response = state.learned
         state.begun, state.reserve = trial.there, trial.excited.reserve
         self._estimate(state, trial.recruited)
         return trial.excited, self.model.geometry(*self.skeleton.place)
 
     def _move(self, state: ConsistentState, trial: Trial) -> None:
-        """Go where the step really leads."""
-        self.skeleton.move(*trial.away)
-        state.moved = state.moved + trial.away
+        """Go where the step really leads, as far as is known."""
+        by = state.learned @ trial.away
+        state.asked = by, trial.away
+        by = by.reshape(2, -1)
+        self._shift(state, by)
+        state.moved = state.moved + by
         state.trial = trial._replace(away=np.zeros_like(trial.away))
+
+    def _shift(self, state: ConsistentState, by: np.ndarray) -> None:
+        self.skeleton.move(by[0], by[1] / state.step)
 
     def _tried(self, state: ConsistentState, t: float, recruited: Recruited) -> Trial:
         """Where the step that ends at the current state really leads."""
@@ -217,9 +241,9 @@ class ConsistentScheme(FullScheme):
             torques = torques + actuators
         lack = reduced(torques) - nodes.parabola @ biases
         a = np.linalg.solve(np.tensordot(nodes.parabola, Ms, 1), lack[..., None])[..., 0]
-        leads = q_0 + h * (v_0 + h * (nodes.moments @ a)), v_0 + h * (nodes.weights @ a)
+        away = q_0 + h * (v_0 + h * (nodes.moments @ a)) - q_1, v_0 + h * (nodes.weights @ a) - v_1
         excited = excited._replace(activation=course.activation, tendon_length=course.tendon_length)
-        return Trial(recruited, excited, here, np.array(leads) - [q_1, v_1])
+        return Trial(recruited, excited, here, np.concatenate([away[0], h * away[1]]))
 
     def _errors(self, state: ConsistentState, t: float) -> np.ndarray:
         q_d, v_d, _ = state.tracking.desired(t)
@@ -232,23 +256,33 @@ class ConsistentScheme(FullScheme):
         # A demand out of reach says nothing of the law.
         if not recruited.recruitment.unmet.any():
             ideal = speed_error(*state.errors, law.kp, law.kv, h)
-            gain = self.settings.disturbance_gain / h
-            state.disturbance = state.disturbance + gain * (errors[1] - ideal)
+            gain = 0.5 * self.settings.disturbance_gain / h
+            state.estimated = state.estimated + gain * (errors[1] - ideal)
         state.errors = errors
 
 
-def _far(away: np.ndarray, h: float) -> bool:
-    return bool(np.abs(away[0]).max() > CLOSE or h * np.abs(away[1]).max() > CLOSE)
+def learned(
+    response: np.ndarray, moved: np.ndarray, before: np.ndarray, away: np.ndarray
+) -> np.ndarray:
+    """Broyden's update: what the response to `before` was if `away` is left after moving (2 n,).
+
+    Nothing is known if it has become more.
+    """
+    change = response @ (before - away)
+    along = moved @ change
+    if np.abs(away).max() > np.abs(before).max() or not along > 0.0:
+        return np.eye(moved.size)
+    return response + np.outer(moved - change, moved @ response) / along
 
 
 def _expected(last: list[tuple[np.ndarray, float]], h: float, n: int) -> np.ndarray:
-    """The correction (2, n) of a step of the length `h`, from those of the last steps.
+    """What a step of the length `h` has to be moved by, q and h q' (2, n), from the last steps.
 
-    They are of third order in q and of second order in q', and go on linearly.
+    It is of third order in both, and goes on linearly.
     """
     if not last:
         return np.zeros((2, n))
-    scaled = [moved * [[(h / length) ** 3], [(h / length) ** 2]] for moved, length in last]
+    scaled = [moved * (h / length) ** 3 for moved, length in last]
     if len(last) == 1:
         return scaled[0]
     ahead = (h + last[1][1]) / (last[0][1] + last[1][1])
