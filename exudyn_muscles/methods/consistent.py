@@ -13,8 +13,10 @@ is where the step really leads. The iterate is moved there, and Exudyn's Newton 
 if the step had begun elsewhere: the integrator is the same, and so is its matrix. A step begins
 with the correction that the ones before make expect.
 
-The nodes of the muscles' force are more than those of M and H - Q, which are smoother: three, of
-which both ends are known.
+What is a correction to one iterate moves the muscles and so asks for another one, the more so the
+lighter a segment and the stiffer its muscles: how they answer is learned (Broyden's method), from
+step to step. The nodes of the muscles' force are more than those of M and H - Q, which are smoother
+and whose values at both ends are known.
 """
 
 from __future__ import annotations
@@ -75,21 +77,23 @@ class Nodes:
         int x ds and int (1 - s) x ds of values x there.
     value, slope : (k, 4) ndarray
         As of `hermite`.
-    parabola : (k, 3) ndarray
-        Weights of values at the step's start, middle and end.
+    smooth : (k, 4) ndarray
+        Weights of values at the nodes `SMOOTH` in the polynomial through them.
     """
 
     def __init__(self, s: np.ndarray, weights: np.ndarray) -> None:
         self.s, self.weights, self.moments = s, weights, weights * (1.0 - s)
         self.value, self.slope = hermite(s)
-        self.parabola = np.column_stack(
-            [(1.0 - s) * (1.0 - 2.0 * s), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)]
+        self.smooth = np.column_stack(
+            [np.prod([(s - y) / (x - y) for y in SMOOTH if y != x], axis=0) for x in SMOOTH]
         )
 
 
+SMOOTH, _ = lobatto(4)  # nodes of M and H - Q
+INNER = SMOOTH[1:-1]
+INNER_VALUE, INNER_SLOPE = hermite(INNER)
 USUAL = Nodes(*lobatto(6))
 FINE = Nodes(*panels(10))  # where a path jumps, such as at a point that comes or goes
-MIDDLE, MIDDLE_SLOPE = (row[0] for row in hermite(np.array([0.5])))
 
 
 class Trial(NamedTuple):
@@ -225,8 +229,12 @@ class ConsistentScheme(FullScheme):
         excited = state.muscles.tried(recruited)
         (q_0, v_0, _), q_1, v_1 = skeleton.start, skeleton.q, skeleton.v
         ends = np.array([q_0, h * v_0, q_1, h * v_1])
-        M, bias, _ = skeleton.dynamics_within(MIDDLE @ ends, MIDDLE_SLOPE @ ends / h, t - 0.5 * h)
-        Ms, biases = np.array([M_0, M, here.M]), np.array([bias_0, bias, here.bias])
+        inner = [
+            skeleton.dynamics_within(x @ ends, x_t @ ends / h, t - (1.0 - s) * h)
+            for s, x, x_t in zip(INNER, INNER_VALUE, INNER_SLOPE, strict=True)
+        ]
+        Ms = np.array([M_0, *(x.M for x in inner), here.M])
+        biases = np.array([bias_0, *(x.bias for x in inner), here.bias])
         for nodes in (USUAL, FINE):
             q, v, reduced = skeleton.basis.along(nodes.value @ ends, nodes.slope @ ends / h)
             course = self._course.over(
@@ -239,8 +247,8 @@ class ConsistentScheme(FullScheme):
             held = np.outer(1.0 - nodes.s, state.reserve) + np.outer(nodes.s, excited.reserve)
             actuators = [self.model.columns(x) @ f for x, f in zip(q, held, strict=True)]
             torques = torques + actuators
-        lack = reduced(torques) - nodes.parabola @ biases
-        a = np.linalg.solve(np.tensordot(nodes.parabola, Ms, 1), lack[..., None])[..., 0]
+        lack = reduced(torques) - nodes.smooth @ biases
+        a = np.linalg.solve(np.tensordot(nodes.smooth, Ms, 1), lack[..., None])[..., 0]
         away = q_0 + h * (v_0 + h * (nodes.moments @ a)) - q_1, v_0 + h * (nodes.weights @ a) - v_1
         excited = excited._replace(activation=course.activation, tendon_length=course.tendon_length)
         return Trial(recruited, excited, here, np.concatenate([away[0], h * away[1]]))
