@@ -27,13 +27,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import legendre
 
-from ..errors import ModelError
+from ..errors import ModelError, SimulationError
 from ..model import MusculoskeletalModel
 from ..skeleton.geometry import Geometry
 from ..skeleton.opened import Dynamics, hermite
 from ..skeleton.skeleton import Skeleton
 from .cosimulation_settings import CosimulationSettings
-from .coupled import CoupledState
+from .coupled import NOTHING_RECRUITED, CoupledState
 from .course import MuscleCourse
 from .csf import FullScheme
 from .disturbance import speed_error
@@ -97,8 +97,8 @@ FINE = Nodes(*panels(10))  # where a path jumps, such as at a point that comes o
 
 
 class Trial(NamedTuple):
-    """A step that may be accepted: what was recruited, the muscles with their real
-    state there, M and H - Q, and how far away the step really leads, q and h q' (2 n,)."""
+    """A step that may be accepted: what was recruited, the muscles with their real state at its
+    end, M and H - Q there, and how far away the step really leads, q and h q' (2 n,)."""
 
     recruited: Recruited
     excited: Excited
@@ -149,7 +149,7 @@ class ConsistentState(CoupledState):
     errors: np.ndarray = field(init=False)
 
 
-class ConsistentScheme(FullScheme):
+class ConsistentScheme(FullScheme[ConsistentState]):
     """CSF whose step goes where the muscles' real forces lead."""
 
     state_kind = ConsistentState
@@ -186,6 +186,7 @@ class ConsistentScheme(FullScheme):
         state.trial = trial = self._tried(state, t, state.served())
         if state.asked is not None:
             state.learned = learned(state.learned, *state.asked, trial.away)
+            state.asked = None
         if state.passes == MOST_PASSES or np.abs(trial.away).max() <= CLOSE:
             return load
         state.passes += 1
@@ -202,7 +203,7 @@ class ConsistentScheme(FullScheme):
     def excite(self, state: ConsistentState) -> tuple[Excited, Geometry]:
         trial = state.trial
         if trial is None:
-            state.served()  # raises
+            raise SimulationError(NOTHING_RECRUITED)
         state.muscles.check(trial.recruited)
         self._move(state, trial)
         state.expected = [*state.expected[-1:], (state.moved, state.step)]
@@ -263,7 +264,8 @@ class ConsistentScheme(FullScheme):
         errors = self._errors(state, recruited.reached.opened.end)
         # A demand out of reach says nothing of the law.
         if not recruited.recruitment.unmet.any():
-            ideal = speed_error(*state.errors, law.kp, law.kv, h)
+            e, e_t = state.errors
+            ideal = speed_error(e, e_t, law.kp, law.kv, h)
             gain = 0.5 * self.settings.disturbance_gain / h
             state.estimated = state.estimated + gain * (errors[1] - ideal)
         state.errors = errors

@@ -12,6 +12,7 @@ committed.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,7 @@ from .css import SimplifiedScheme
 from .tracked import start_tracking, tracked
 from .tracking import tracking_start
 
-SCHEMES: dict[Scheme, type[CoupledScheme]] = {
+SCHEMES: dict[Scheme, type[CoupledScheme[Any]]] = {
     Scheme.FULL: FullScheme,
     Scheme.SIMPLIFIED: SimplifiedScheme,
     Scheme.CONSISTENT: ConsistentScheme,

@@ -47,9 +47,9 @@ def tracking_growth(kp: float, kv: float, step: float, gain: float, course: Cour
     --------
     Muscles that come late, and stiff ones that overshoot within the step:
 
-    >>> growths = [tracking_growth(100.0, 20.0, 0.01, 1.0, Course(x, x / 3)) for x in (0.3, 0.7, 1.5)]
-    >>> [round(growth, 2) for growth in growths]
-    [0.9, 0.9, 0.9]
+    >>> courses = [Course(mean, mean / 3.0) for mean in (0.3, 0.7, 1.5)]
+    >>> [round(tracking_growth(100.0, 20.0, 0.01, 1.0, course), 2) for course in courses]
+    [0.9, 0.91, 0.91]
     """
     h, (mean, moment) = step, course
     e, e_t, a, i = np.eye(4)  # of the state e, e', e'' and the estimate
