@@ -41,7 +41,7 @@ from .recruiting import Excited, Recruited, Started
 
 # A correction that changes by less [rad or m] is added at the step's end without another iterate:
 # what it changes in turn is some per cent of it.
-CLOSE = 1e-6
+CLOSE = 2e-6
 MOST_PASSES = 3
 
 

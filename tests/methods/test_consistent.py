@@ -38,7 +38,7 @@ def drift(model, result, step=2e-4):
 
 
 CASES = {  # drift and tracking error [rad] that CMC and CSF have in brackets
-    "pendulum": (pendulum, KP, 6e-4, 5e-5),  # (4.7e-4, 7.9e-2; 2.3e-4, 3.2e-4)
+    "pendulum": (pendulum, KP, 8e-4, 5e-5),  # (4.7e-4, 7.9e-2; 2.3e-4, 3.2e-4)
     "planar_arm": (planar_arm, KP, 8e-6, 8e-6),  # (4.4e-6, 1.4e-3; 2.5e-5, 4.8e-5)
     "leg": (leg_3d, KP, 1.2e-5, 9e-5),  # (2.3e-5, 2.9e-3; 9.1e-5, 2.4e-4)
 }
@@ -72,7 +72,7 @@ def test_orders():
     errors = [result.tracking_error_rms().max() for result in results]
     assert np.polyfit(np.log(steps), np.log(errors), 1)[0] > 1.9
     drifts = [drift(model, result) for result in results]
-    assert drifts[1] < 0.3 * drifts[0] and drifts[2] < 3e-6
+    assert drifts[1] < 0.3 * drifts[0] and drifts[2] < 5e-6
 
 
 def test_what_is_recorded_is_the_state_that_the_replay_has():
@@ -138,7 +138,7 @@ def test_rejected_steps_leave_no_trace(build):
 
 
 def test_repeated_newton_iterations_begin_at_the_same_state():
-    """Discontinuous iterations and restarts come back to the predictor; steps stay what they are."""
+    """Discontinuous iterations come back to the predictor, and the step to where it leads."""
     motion = planar_arm.motion()
 
     def run_with(again):
@@ -273,13 +273,13 @@ def test_responses_are_learned():
     np.testing.assert_array_equal(worse, np.eye(3))
 
 
-def test_it_needs_a_corrector_iteration_and_a_tree():
-    with pytest.raises(em.ParameterError, match="disturbance_gain = 1.5"):
+def test_settings_of_other_schemes_are_refused():
+    with pytest.raises(em.ParameterError, match=r"disturbance_gain = 1\.5"):
         em.CosimulationSettings(scheme=CONSISTENT, disturbance_gain=1.5)
-    with pytest.raises(em.ParameterError, match="disturbance_gain = 0.5 does nothing"):
+    with pytest.raises(em.ParameterError, match=r"disturbance_gain = 0\.5 does nothing"):
         em.CosimulationSettings(disturbance_gain=0.5)
     literal = {"scheme": CONSISTENT, "first_iterate": em.FirstIterate.RECRUIT}
-    with pytest.raises(em.ParameterError, match="first_iterate = .* does nothing"):
+    with pytest.raises(em.ParameterError, match=r"first_iterate = .* does nothing"):
         em.CosimulationSettings(**literal)
 
 
