@@ -42,7 +42,7 @@ from .recruiting import Excited, Recruited, Started
 # A correction that changes by less [rad or m] is added at the step's end without another iterate:
 # what it changes in turn is some per cent of it.
 CLOSE = 2e-6
-MOST_PASSES = 3
+MOST_PASSES = 2
 
 
 def lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:
