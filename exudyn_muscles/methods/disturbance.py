@@ -49,7 +49,7 @@ def tracking_growth(kp: float, kv: float, step: float, gain: float, course: Cour
 
     >>> courses = [Course(mean, mean / 3.0) for mean in (0.3, 0.7, 1.5)]
     >>> [round(tracking_growth(100.0, 20.0, 0.01, 1.0, course), 2) for course in courses]
-    [0.9, 0.91, 0.91]
+    [0.91, 0.91, 0.91]
     """
     h, (mean, moment) = step, course
     e, e_t, a, i = np.eye(4)  # of the state e, e', e'' and the estimate
