@@ -6,7 +6,7 @@ import exudyn_muscles as em
 
 from .reference.make import FOLDER, MODELS, results
 
-METHODS = ("static", "cmc", "csf", "css", "forward")
+METHODS = ("static", "cmc", "csf", "css", "consistent", "forward")
 
 
 @pytest.fixture(scope="module")

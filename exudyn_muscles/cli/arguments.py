@@ -84,7 +84,8 @@ def build_parser() -> argparse.ArgumentParser:
         "--method",
         required=True,
         choices=METHODS,
-        help="static optimization, computed muscle control, full or simplified co-simulation",
+        help="static optimization, computed muscle control, full, simplified or consistent "
+        "co-simulation",
     )
     run.add_argument(
         "--sto",
@@ -137,9 +138,9 @@ def build_parser() -> argparse.ArgumentParser:
     )
     cmc.add_argument(
         "--method",
-        choices=["cmc", "csf", "css"],
+        choices=["cmc", "csf", "css", "consistent"],
         default="cmc",
-        help="computed muscle control (default), full or simplified co-simulation",
+        help="computed muscle control (default), full, simplified or consistent co-simulation",
     )
     for end in ("initial", "final"):
         cmc.add_argument(

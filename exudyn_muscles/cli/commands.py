@@ -18,7 +18,7 @@ from ..model import MusculoskeletalModel
 from ..motion import Motion
 from ..results.trajectory import Trajectory
 from .files import draw_all, made_folder, result_file, save, save_figure
-from .names import CMC_STEPS, DIFFER, KP, METHODS, STEP
+from .names import CMC_STEPS, DIFFER, KP, METHODS, PAPER, STEP
 from .report import (
     comparison_text,
     excitation_difference,
@@ -101,8 +101,8 @@ def compare(arguments: argparse.Namespace) -> int:
     best: dict[str, float] = {}
     results: dict[str, Trajectory] = {}
     runs = 1 + arguments.repeat
-    with progress_bar(arguments, name, len(METHODS) * runs, "runs") as bar:
-        for method, label in METHODS.items():
+    with progress_bar(arguments, name, len(PAPER) * runs, "runs") as bar:
+        for method, label in PAPER.items():
             bar.set_description_str(f"{name}, {label}", refresh=False)
             with one_line_warnings(label):
                 compute = method_function(
@@ -121,7 +121,7 @@ def compare(arguments: argparse.Namespace) -> int:
             if out is not None:
                 save(results[method], out / f"{name}_{method}.npz")
 
-    rows = {m: figures_of_merit(results[m], best[m]) for m in METHODS}
+    rows = {m: figures_of_merit(results[m], best[m]) for m in PAPER}
     differences = {
         f"{m}_csf": excitation_difference(results[m], results["csf"]) for m in ("static", "cmc")
     }
@@ -129,7 +129,7 @@ def compare(arguments: argparse.Namespace) -> int:
     if arguments.json is not None:
         content = {
             "model": name,
-            **{m: {**rows[m], "settings": dict(results[m].settings)} for m in METHODS},
+            **{m: {**rows[m], "settings": dict(results[m].settings)} for m in PAPER},
             "max_excitation_difference": differences,
             "settings": {
                 "kp": arguments.kp,
@@ -144,7 +144,7 @@ def compare(arguments: argparse.Namespace) -> int:
         write_file(arguments.json, (json.dumps(finite(content), indent=2) + "\n").encode())
         print(f"wrote {arguments.json}")
     if out is not None:
-        print(f"wrote {', '.join(str(out / f'{name}_{method}.npz') for method in METHODS)}")
+        print(f"wrote {', '.join(str(out / f'{name}_{method}.npz') for method in PAPER)}")
         everything = tuple(results.values())
         save_figure(plot.comparison, everything, out / f"{name}_comparison.png")
         save_figure(plot.forces, (results["csf"],), out / f"{name}_csf_forces.png")

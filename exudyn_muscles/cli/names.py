@@ -1,7 +1,8 @@
 """Names, exit states and usual numbers of the command line."""
 
 PROGRAM = "exudyn-muscles"
-METHODS = {"static": "Static", "cmc": "CMC", "csf": "CSF", "css": "CSS"}
+PAPER = {"static": "Static", "cmc": "CMC", "csf": "CSF", "css": "CSS"}  # its Table 2
+METHODS = {**PAPER, "consistent": "Consistent CSF"}
 DIFFER, FAILED = 1, 2
 INTERRUPTED, TERMINATED = 130, 143  # 128 and the number of SIGINT, of SIGTERM
 

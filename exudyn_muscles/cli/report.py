@@ -14,7 +14,7 @@ from ..model import MusculoskeletalModel
 from ..motion import Motion
 from ..results.counts import Status
 from ..results.trajectory import Trajectory
-from .names import CMC_STEPS, FAILED, METHODS, PROGRAM
+from .names import CMC_STEPS, FAILED, METHODS, PAPER, PROGRAM
 from .settings import velocity_gain
 
 
@@ -100,7 +100,7 @@ def comparison_text(
         each = ", ".join(f"{label} {drift:.2g}" for label, drift in drifts.items())
         notes.append(f"Largest violation of constraints [m, rad, or 1]: {each}.")
     if len(model.coordinates) > 1:
-        for method, label in METHODS.items():
+        for method, label in PAPER.items():
             if method != "static":
                 errors = ", ".join(_errors(results[method]))
                 notes.append(f"RMS tracking error of {label}: {errors}")

@@ -41,8 +41,8 @@ def refuse_foreign_options(arguments: argparse.Namespace) -> None:
     if arguments.sto and arguments.out is None:
         raise ParameterError("--sto needs --out DIR, the folder for its files")
     for option, methods in (
-        ("kp", ("cmc", "csf", "css")),
-        ("kv", ("cmc", "csf", "css")),
+        ("kp", ("cmc", "csf", "css", "consistent")),
+        ("kv", ("cmc", "csf", "css", "consistent")),
         ("window", ("cmc",)),
         ("predictor", ("css",)),
     ):

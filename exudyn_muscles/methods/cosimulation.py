@@ -12,6 +12,7 @@ committed.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -22,12 +23,19 @@ from ..results.recorder import Window
 from ..results.trajectory import Trajectory
 from ..simulation.plugin import Plugin
 from ..simulation.run import simulate
+from .consistent import ConsistentScheme
 from .cosimulation_settings import CosimulationSettings, Scheme
-from .coupled import CoupledState
+from .coupled import CoupledScheme, CoupledState
 from .csf import FullScheme
 from .css import SimplifiedScheme
 from .tracked import start_tracking, tracked
 from .tracking import tracking_start
+
+SCHEMES: dict[Scheme, type[CoupledScheme[Any]]] = {
+    Scheme.FULL: FullScheme,
+    Scheme.SIMPLIFIED: SimplifiedScheme,
+    Scheme.CONSISTENT: ConsistentScheme,
+}
 
 
 def cosimulate(
@@ -106,18 +114,20 @@ class CosimulationPlugin(Plugin):
         check_settings(settings, CosimulationSettings)
         start = tracking_start(model, motion, settings, start)
         self.method = settings.scheme.value
-        kind = SimplifiedScheme if settings.scheme is Scheme.SIMPLIFIED else FullScheme
+        kind = SCHEMES[settings.scheme]
         self._scheme = kind(model, settings)
         self.feeds_back = kind.feeds_back
         super().__init__(model, start, motion.end, settings, motion, progress)
 
     def new_state(self) -> CoupledState:
-        return CoupledState(**tracked(self.model, self.motion, self.settings, self._common()))
+        common = tracked(self.model, self.motion, self.settings, self._common())
+        return self._scheme.state_kind(**common)
 
     def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         state = self.state
         start = start_tracking(state, self.model, q, v, self.start_time)
         state.a, state.l_t = start.activation, start.tendon_length
+        self._scheme.begin(state, start, self.start_time)
         return self.model.load(state.geometry, state.a, state.l_t, start.reserve)
 
     def ready(self, step: float) -> None:

@@ -5,16 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from ..checks import check_step
+from ..checks import check_step, number_within
 from ..errors import ParameterError
 from .tracking import TrackingSettings
 
 
 class Scheme(Enum):
-    """How often the muscles are recruited within a step."""
+    """When within a step the muscles are recruited, and which course of their force the skeleton
+    feels.
+
+    FULL: in every corrector iteration, as the paper has it; the torque runs through the step as
+    Exudyn's integrator has it.
+    SIMPLIFIED: once a step, at a predicted state.
+    CONSISTENT: as FULL, and the skeleton feels the force that the muscles really have within the
+    step, so that the excitations reproduce the motion.
+    """
 
     FULL = "csf"
     SIMPLIFIED = "css"
+    CONSISTENT = "consistent"
 
 
 class Predictor(Enum):
@@ -54,6 +63,9 @@ class CosimulationSettings(TrackingSettings):
         Of the simplified scheme.
     first_iterate : FirstIterate
         Of the full scheme.
+    disturbance_gain : float
+        Of the consistent scheme: the part of what the last step's acceleration was off the control
+        law by that is added to the demand, in [0, 1]; 0 leaves the control law alone.
 
     Raises
     ------
@@ -65,6 +77,7 @@ class CosimulationSettings(TrackingSettings):
     step: float = 0.01
     predictor: Predictor = Predictor.CONSTANT_ACCELERATION
     first_iterate: FirstIterate = FirstIterate.DEMAND
+    disturbance_gain: float = 1.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -73,9 +86,17 @@ class CosimulationSettings(TrackingSettings):
         for name, kind in kinds.items():
             if not isinstance(getattr(self, name), kind):
                 raise ParameterError(f"{name} = {getattr(self, name)!r} is not a {kind.__name__}")
-        name = "predictor" if self.scheme is Scheme.FULL else "first_iterate"
-        usual = {"predictor": Predictor.CONSTANT_ACCELERATION, "first_iterate": FirstIterate.DEMAND}
-        if getattr(self, name) is not usual[name]:
-            raise ParameterError(
-                f"{name} = {getattr(self, name)} does nothing with scheme = {self.scheme}"
-            )
+        number_within("disturbance_gain", self.disturbance_gain, 0.0, 1.0)
+        for name, (scheme, usual) in OF_ONE_SCHEME.items():
+            if self.scheme is not scheme and getattr(self, name) != usual:
+                raise ParameterError(
+                    f"{name} = {getattr(self, name)} does nothing with scheme = {self.scheme}"
+                )
+
+
+# What only one scheme knows, and what it is where nobody asked for anything else.
+OF_ONE_SCHEME = {
+    "predictor": (Scheme.SIMPLIFIED, Predictor.CONSTANT_ACCELERATION),
+    "first_iterate": (Scheme.FULL, FirstIterate.DEMAND),
+    "disturbance_gain": (Scheme.CONSISTENT, 1.0),
+}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -12,8 +13,10 @@ from ..model import MusculoskeletalModel
 from ..skeleton.geometry import Geometry
 from ..skeleton.opened import Dynamics
 from .cosimulation_settings import CosimulationSettings
-from .recruiting import Excited, Opened, Recruited
+from .recruiting import Excited, Opened, Recruited, Started
 from .tracked import TrackedState
+
+NOTHING_RECRUITED = "the solver accepted a step without a corrector iteration"
 
 
 @dataclass(eq=False, kw_only=True)
@@ -41,14 +44,18 @@ class CoupledState(TrackedState):
     def served(self) -> Recruited:
         """What was recruited in the step; SimulationError if nothing was."""
         if self.recruited is None:
-            raise SimulationError("the solver accepted a step without a corrector iteration")
+            raise SimulationError(NOTHING_RECRUITED)
         return self.recruited
 
 
-class CoupledScheme(ABC):
+S = TypeVar("S", bound=CoupledState)
+
+
+class CoupledScheme(ABC, Generic[S]):
     """When within a step the muscles are recruited, and for which torque."""
 
     feeds_back: bool
+    state_kind: type[CoupledState] = CoupledState
 
     def __init__(self, model: MusculoskeletalModel, settings: CosimulationSettings) -> None:
         self.model, self.skeleton, self.settings = model, model.skeleton, settings
@@ -57,30 +64,33 @@ class CoupledScheme(ABC):
     def ready(self, step: float) -> None:
         """See `Plugin`."""
 
+    def begin(self, state: S, start: Started, t: float) -> None:
+        """The run begins at the system's current state at the time `t`, the muscles as they are."""
+
     @abstractmethod
-    def open_step(self, state: CoupledState) -> None:
+    def open_step(self, state: S) -> None:
         """See `Plugin`; the window is open."""
 
     @abstractmethod
-    def torque(self, state: CoupledState, t: float, first: bool) -> np.ndarray | None:
+    def torque(self, state: S, t: float, first: bool) -> np.ndarray | None:
         """See `Plugin`."""
 
     @abstractmethod
     def jacobian(
-        self, state: CoupledState, exact: np.ndarray, mass: float, dq: float, dv: float
+        self, state: S, exact: np.ndarray, mass: float, dq: float, dv: float
     ) -> np.ndarray:
         """See `Plugin`."""
 
     @abstractmethod
-    def excite(self, state: CoupledState) -> tuple[Excited, Geometry]:
+    def excite(self, state: S) -> tuple[Excited, Geometry]:
         """The muscles at the end of the accepted step, and their geometry there."""
 
-    def recruit(self, state: CoupledState, Q_m: np.ndarray, there: Dynamics) -> np.ndarray:
+    def recruit(self, state: S, Q_m: np.ndarray, there: Dynamics) -> np.ndarray:
         """J_m F_opt for the demand at a state."""
         state.recruited = self.serve(state, Q_m, there)
         return state.recruited.load
 
-    def serve(self, state: CoupledState, Q_m: np.ndarray, there: Dynamics) -> Recruited:
+    def serve(self, state: S, Q_m: np.ndarray, there: Dynamics) -> Recruited:
         """The forces that serve `Q_m` (n,) best where the step ends."""
         reached = state.muscles.reach(state.opened, self.model.geometry(*there.place))
         return state.muscles.recruit(reached, Q_m)

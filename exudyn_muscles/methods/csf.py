@@ -6,14 +6,15 @@ import numpy as np
 
 from ..simulation.solver import request_jacobian
 from ..skeleton.geometry import Geometry
+from ..skeleton.opened import Dynamics
 from .cosimulation_settings import FirstIterate
-from .coupled import CoupledScheme, CoupledState
+from .coupled import CoupledScheme, S
 from .recruiting import Excited
 
 DIFFERENCE = 1e-6  # rad or m; torques are smooth to 1e-12 of their size
 
 
-class FullScheme(CoupledScheme):
+class FullScheme(CoupledScheme[S]):
     """The torque follows the iterate, so that the Newton matrix has to know it."""
 
     feeds_back = True
@@ -21,27 +22,31 @@ class FullScheme(CoupledScheme):
     def ready(self, step: float) -> None:
         """Any step will do."""
 
-    def open_step(self, state: CoupledState) -> None:
+    def open_step(self, state: S) -> None:
         state.recruited = None
         request_jacobian(self.model.mbs)  # cheaper than one recruitment more, with modified Newton
 
-    def torque(self, state: CoupledState, t: float, first: bool) -> np.ndarray:
+    def torque(self, state: S, t: float, first: bool) -> np.ndarray:
         state.here = here = self.skeleton.dynamics()
-        Q_m = state.tracking.demand(t, here)
+        Q_m = self.demand(state, t, here)
         if first and self.settings.first_iterate is FirstIterate.DEMAND:
             state.recruited = None
             return self.skeleton.ideal_load(here, Q_m)
         return self.recruit(state, Q_m, here)
 
+    def demand(self, state: S, t: float, there: Dynamics) -> np.ndarray:
+        """The torques (n,) that are asked for at a state."""
+        return state.tracking.demand(t, there)
+
     def jacobian(
-        self, state: CoupledState, exact: np.ndarray, mass: float, dq: float, dv: float
+        self, state: S, exact: np.ndarray, mass: float, dq: float, dv: float
     ) -> np.ndarray:
         skeleton, tracking, here = self.skeleton, state.tracking, state.here
         if state.recruited is None or not state.recruited.recruitment.unmet.any():
             return skeleton.rows_of_law(exact, here, mass, tracking.kp * dq, tracking.kv * dv)
         return skeleton.rows_of_slopes(exact, here, mass, dq * self._slopes(state, dv / dq))
 
-    def _slopes(self, state: CoupledState, speed: float) -> np.ndarray:
+    def _slopes(self, state: S, speed: float) -> np.ndarray:
         """Of the imbalance (n, n), by differences along the solver's own directions: q_j and, with
         it, `speed` times as much q_j'."""
         skeleton, t = self.skeleton, self.model.mbs.systemData.GetTime()
@@ -49,7 +54,7 @@ class FullScheme(CoupledScheme):
 
         def imbalance(q: np.ndarray, v: np.ndarray) -> np.ndarray:
             there = skeleton.dynamics_at(q, v, t)
-            served = self.serve(state, state.tracking.demand(t, there), there)
+            served = self.serve(state, self.demand(state, t, there), there)
             return skeleton.imbalance(there, a, served.recruitment.torque)
 
         columns = np.eye(q.size) * DIFFERENCE
@@ -57,6 +62,6 @@ class FullScheme(CoupledScheme):
         slopes = [(imbalance(q + d, v + d * speed) - here) / DIFFERENCE for d in columns]
         return np.array(slopes).T
 
-    def excite(self, state: CoupledState) -> tuple[Excited, Geometry]:
+    def excite(self, state: S) -> tuple[Excited, Geometry]:
         recruited = state.served()
         return state.muscles.excite(recruited), recruited.reached.geometry

@@ -11,7 +11,7 @@ from .coupled import CoupledScheme, CoupledState
 from .recruiting import Excited
 
 
-class SimplifiedScheme(CoupledScheme):
+class SimplifiedScheme(CoupledScheme[CoupledState]):
     """The torque is the same in all iterations of a step."""
 
     feeds_back = False

@@ -146,8 +146,16 @@ class MuscleOptimization:
         UnmetTorqueError
             The demand was out of reach and the settings ask for an error.
         """
+        self.check(recruited)
+        return self.tried(recruited, at)
+
+    def check(self, recruited: Recruited) -> None:
+        """Raise UnmetTorqueError if the demand was out of reach and the settings ask for it."""
+        self._check_met(recruited.recruitment, recruited.reached.opened.end)
+
+    def tried(self, recruited: Recruited, at: Reached | None = None) -> Excited:
+        """As `excite`, for a step that may yet be rejected."""
         reached, demanded, recruitment = recruited
-        self._check_met(recruitment, reached.opened.end)
         force, reserve = self._split(recruitment.force)
         excitation = excitations_of((at or reached).reach, force)
         self._counts.window_integrations = self._windows.tally[0]

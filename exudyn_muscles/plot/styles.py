@@ -12,6 +12,7 @@ METHOD_NAMES = {
     "cmc": "CMC",
     "csf": "CSF",
     "css": "CSS",
+    "consistent": "Consistent CSF",
     "forward": "Forward",
 }
 # Okabe and Ito's colors, which stay apart for color-blind readers; their yellow is too light for
@@ -19,7 +20,7 @@ METHOD_NAMES = {
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#000000", "#CC79A7", "#E69F00", "#56B4E9")
 LINE_STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 2)), (0, (8, 2)))
 # A method looks the same in all figures.
-METHOD_STYLES = {"cmc": 0, "csf": 1, "css": 2, "static": 3, "forward": 4}
+METHOD_STYLES = {"cmc": 0, "csf": 1, "css": 2, "static": 3, "forward": 4, "consistent": 5}
 # Methods agree so closely that their lines cover each other: a wide light one lies lowest, the
 # narrowest broken one on top.
 WIDTHS = (4.0, 2.2, 1.5, 1.5, 1.5, 1.5, 1.5)  # pt

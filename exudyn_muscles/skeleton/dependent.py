@@ -92,6 +92,17 @@ class Dependent:
         shape = (*z.shape[:-1], self.roots.size)
         return tuple(np.array([row[k] for row in states]).reshape(shape) for k in range(len(state)))
 
+    def along(
+        self, z: np.ndarray, v: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, Callable[[np.ndarray], np.ndarray]]:
+        k, rest = len(z), np.zeros(self.free.size)
+        q, q_t = np.empty((2, k, self.roots.size))
+        R = np.empty((k, self.roots.size, self.free.size))
+        for i in range(k):
+            (q[i], q_t[i], _), slopes = self.follow_from(z[i], v[i], rest)
+            R[i] = slopes.R
+        return q, q_t, lambda torques: np.matmul(torques[:, None], R)[:, 0]
+
     def geometry(self, of_tree: Callable[..., Geometry]) -> Callable[..., Geometry]:
         rest = np.zeros(self.free.size)
 

@@ -43,6 +43,12 @@ class Independent:
         """
         return state
 
+    def along(
+        self, z: np.ndarray, v: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, Callable[[np.ndarray], np.ndarray]]:
+        """q, q' (k, N) of states z, z' (k, n), and what makes torques (k, n) of those on q."""
+        return z, v, lambda torques: torques
+
     def geometry(self, of_tree: Callable[..., Geometry]) -> Callable[..., Geometry]:
         """The function (z, z') -> Geometry with r_z = r R from that of all coordinates."""
         return of_tree

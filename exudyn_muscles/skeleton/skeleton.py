@@ -24,7 +24,7 @@ from .dependent import Dependent
 from .geometry import Geometry, compile_columns, compile_geometry
 from .hold import Hold, hold
 from .independent import Independent
-from .opened import Dynamics, NotOpen, Opened
+from .opened import Dynamics, NotOpen, Opened, State
 from .reading import check_assembled, check_unconstrained, original, raise_as_itself, read_tree
 from .shown import Sticks, coordinates_shown, tree_sticks
 from .tree import PRISMATIC, tree_frames
@@ -241,12 +241,26 @@ class Skeleton(ExudynSkeleton):
         M, bias = self.basis.dynamics(self._opened)
         return Dynamics(M, bias, self.place)
 
+    def dynamics_within(self, q: np.ndarray, v: np.ndarray, t: float) -> Dynamics:
+        """As `dynamics_at`, at a time within the step that leads to the current state, with
+        everything else on its cubic over the step."""
+        return self._dynamics_elsewhere(q, v, t, State.go_back_to if self.others else None)
+
     def _dynamics_there(self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool) -> Dynamics:
+        return self._dynamics_elsewhere(q, v, t, State.go_on_until if ahead else None)
+
+    def _dynamics_elsewhere(
+        self,
+        q: np.ndarray,
+        v: np.ndarray,
+        t: float,
+        all_go: Callable[[State, float], None] | None,
+    ) -> Dynamics:
         state = self._opened.state
         before = state.snapshot()
         try:
-            if ahead:
-                state.go_on_until(t)
+            if all_go is not None:
+                all_go(state, t)
             self.go_to(q, v, t)
             return Dynamics(*self.basis.dynamics(self._opened), (q, v))
         finally:
@@ -268,6 +282,13 @@ class Skeleton(ExudynSkeleton):
     def along(self, q: np.ndarray) -> Iterator[tuple]:
         rest = np.zeros(len(self))
         return ((row, rest) for row in q)
+
+    def move(self, dq: np.ndarray, dv: np.ndarray) -> None:
+        """Add to the coordinates and speeds (n,) of the current state."""
+        q, v, _ = self._opened.state.current
+        q[self.free] += dq
+        v[self.free] += dv
+        self.basis.state(self._opened)  # what depends on them follows
 
     def ideal_load(self, there: Dynamics, torque: np.ndarray) -> np.ndarray:
         return torque

@@ -8,6 +8,16 @@ import numpy as np
 COORDINATES = ("ODE2Coords", "ODE2Coords_t", "ODE2Coords_tt")
 
 
+def hermite(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Weights (k, 4) of q_0, h q_0', q_1, h q_1' in q and h q' of a cubic, at parts (k,) of h."""
+    value = [(1.0 + 2.0 * s) * (1.0 - s) ** 2, s * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s)]
+    slope = [6.0 * s * (s - 1.0), (1.0 - s) * (1.0 - 3.0 * s), 6.0 * s * (1.0 - s)]
+    return (
+        np.column_stack([*value, s * s * (s - 1.0)]),
+        np.column_stack([*slope, s * (3.0 * s - 2.0)]),
+    )
+
+
 class State:
     """Views of Exudyn's arrays, which dangle once the system has grown.
 
@@ -51,3 +61,13 @@ class State:
         q_0, v_0, a_0 = self.at_start
         self.current[0][:] = q_0 + h * v_0 + 0.5 * h * h * a_0
         self.current[1][:] = v_0 + h * a_0
+
+    def go_back_to(self, t: float) -> None:
+        """Put all bodies where the cubic through the start of the step and the current state has
+        them at a time within the step."""
+        t_0 = self._data.GetTime(exu.ConfigurationType.StartOfStep)
+        h = self._data.GetTime() - t_0
+        value, slope = hermite(np.array([(t - t_0) / h]))
+        (q_0, v_0, _), (q_1, v_1, _) = self.at_start, self.current
+        ends = np.array([q_0, h * v_0, q_1, h * v_1])
+        q_1[:], v_1[:] = value[0] @ ends, slope[0] @ ends / h

@@ -250,7 +250,7 @@ def test_compare(tmp_path, capsys):
 
     printed = capsys.readouterr()
     assert printed.err == ""
-    for label in names.METHODS.values():
+    for label in names.PAPER.values():
         assert f"\n{label} " in printed.out
 
     found = json.loads(file.read_text())
@@ -258,7 +258,7 @@ def test_compare(tmp_path, capsys):
     assert found["csf"]["rms_error_deg"] == pytest.approx(0.0186, abs=5e-5)
     assert found["cmc"]["rms_error_deg"] < found["csf"]["rms_error_deg"]
     assert found["css"]["rms_error_deg"] <= 0.1215
-    for method in names.METHODS:
+    for method in names.PAPER:
         row = found[method]
         assert row["cpu_s"] > 0.0
         assert 1.0 <= row["recruitments_per_step"] <= 2.1
