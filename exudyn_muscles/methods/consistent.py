@@ -22,20 +22,19 @@ and whose values at both ends are known.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import legendre
 
-from ..errors import ModelError, SimulationError
 from ..model import MusculoskeletalModel
 from ..skeleton.geometry import Geometry
 from ..skeleton.opened import Dynamics
 from ..skeleton.skeleton import Skeleton
-from ..skeleton.state import hermite
 from .cosimulation_settings import CosimulationSettings
-from .coupled import NOTHING_RECRUITED, CoupledState
-from .course import MuscleCourse
+from .coupled import CoupledState
+from .course.step import Course, Step
+from .course.system import SystemCourse
+from .course.tree import TreeCourse
 from .csf import FullScheme
 from .disturbance import speed_error
 from .recruiting import Excited, Recruited, Started
@@ -43,67 +42,16 @@ from .recruiting import Excited, Recruited, Started
 # A correction that changes by less [rad or m] is added at the step's end without another iterate:
 # what it changes in turn is some per cent of it.
 CLOSE = 2e-6
-MOST_PASSES = 2
-
-
-def lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights (count,) of Lobatto's quadrature from 0 to 1.
-
-    Examples
-    --------
-    >>> lobatto(3)[1] * 6
-    array([1., 4., 1.])
-    """
-    last = np.eye(count)[-1]
-    x = np.r_[-1.0, np.sort(legendre.legroots(legendre.legder(last))), 1.0]
-    return 0.5 * (x + 1.0), 1.0 / (count * (count - 1) * legendre.legval(x, last) ** 2)
-
-
-def panels(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights (2 count + 1,) of Simpson's rule in as many panels."""
-    weights = np.zeros(2 * count + 1)
-    for k in range(count):
-        weights[2 * k : 2 * k + 3] += np.array([1.0, 4.0, 1.0]) / (6.0 * count)
-    return np.linspace(0.0, 1.0, 2 * count + 1), weights
-
-
-class Nodes:
-    """Where in a step accelerations are taken, and what is made of them.
-
-    Attributes
-    ----------
-    s : (k,) ndarray
-        The nodes, as parts of the step.
-    weights, moments : (k,) ndarray
-        int x ds and int (1 - s) x ds of values x there.
-    value, slope : (k, 4) ndarray
-        As of `hermite`.
-    smooth : (k, 4) ndarray
-        Weights of values at the nodes `SMOOTH` in the polynomial through them.
-    """
-
-    def __init__(self, s: np.ndarray, weights: np.ndarray) -> None:
-        self.s, self.weights, self.moments = s, weights, weights * (1.0 - s)
-        self.value, self.slope = hermite(s)
-        self.smooth = np.column_stack(
-            [np.prod([(s - y) / (x - y) for y in SMOOTH if y != x], axis=0) for x in SMOOTH]
-        )
-
-
-SMOOTH, _ = lobatto(4)  # nodes of M and H - Q
-INNER = SMOOTH[1:-1]
-INNER_VALUE, INNER_SLOPE = hermite(INNER)
-USUAL = Nodes(*lobatto(6))
-FINE = Nodes(*panels(10))  # where a path jumps, such as at a point that comes or goes
 
 
 class Trial(NamedTuple):
     """A step that may be accepted: what was recruited, the muscles with their real state at its
-    end, M and H - Q there, and how far away the step really leads, q and h q' (2 n,)."""
+    end, what the next step takes from there, and how far away the step really leads, q and h q'
+    (2, N)."""
 
     recruited: Recruited
     excited: Excited
-    there: Dynamics
+    begun: Any
     away: np.ndarray
 
 
@@ -113,31 +61,32 @@ class ConsistentState(CoupledState):
 
     Attributes
     ----------
-    begun : Dynamics
-        At the start of the step.
+    begun : object
+        What the course of a step takes from the one before.
     reserve : (r,) ndarray
         Committed forces of the ideal actuators.
-    moved : (2, n) ndarray
+    moved : (2, N) ndarray
         By how much the iterates of the step are moved, q and h q'.
-    expected : list of tuple of (2, n) ndarray and float
+    expected : list of tuple of (2, N) ndarray and float
         The same of the last accepted steps, with their lengths; at most two.
     passes : int
         How often the step's iterate was moved.
     trial : Trial, optional
         The last one of this step.
     response : (2 n, 2 n) ndarray
-        How much has to be moved, q and h q', for a unit of what the last accepted step was away.
+        How much of what is tracked has to be moved, q and h q', for a unit of what it was away in
+        the last accepted step.
     learned : (2 n, 2 n) ndarray
         The same after the last pass of this step.
     asked : tuple of two (2 n,) ndarray, optional
-        By how much the iterate was moved last, and how far away it had been.
+        By how much what is tracked was moved last, and how far away it had been.
     estimated : (n,) ndarray
         What the steps before ask to be added to the demanded acceleration.
     errors : (2, n) ndarray
         e, e' at the start of the step.
     """
 
-    begun: Dynamics = field(init=False)
+    begun: Any = field(init=False)
     reserve: np.ndarray = field(init=False)
     moved: np.ndarray = field(init=False)
     expected: list[tuple[np.ndarray, float]] = field(default_factory=list)
@@ -154,41 +103,43 @@ class ConsistentScheme(FullScheme[ConsistentState]):
     """CSF whose step goes where the muscles' real forces lead."""
 
     state_kind = ConsistentState
-    skeleton: Skeleton
 
     def __init__(self, model: MusculoskeletalModel, settings: CosimulationSettings) -> None:
         super().__init__(model, settings)
-        if not isinstance(model.skeleton, Skeleton):
-            raise ModelError(
-                "Scheme.CONSISTENT needs a kinematic tree as the skeleton; use Scheme.FULL"
-            )
-        self.skeleton = model.skeleton
-        self._course = MuscleCourse(model, model.skeleton)
+        skeleton = model.skeleton
+        self._course: Course = (
+            TreeCourse(model, skeleton)
+            if isinstance(skeleton, Skeleton)
+            else SystemCourse(model, skeleton)
+        )
 
     def begin(self, state: ConsistentState, start: Started, t: float) -> None:
-        skeleton = self.skeleton
-        state.begun = skeleton.dynamics_at(skeleton.q.copy(), skeleton.v.copy(), t)
-        state.reserve, state.estimated = start.reserve, np.zeros(len(skeleton))
-        state.response = np.eye(2 * len(skeleton))
+        state.begun = self._course.begin(t)
+        state.reserve, state.estimated = start.reserve, np.zeros(len(self.skeleton))
+        state.response = np.eye(2 * len(self.skeleton))
         state.errors = self._errors(state, t)
 
     def open_step(self, state: ConsistentState) -> None:
         super().open_step(state)
         state.trial, state.passes, state.asked = None, 0, None
         state.learned = state.response
-        state.moved = _expected(state.expected, state.step, len(self.skeleton))
+        state.moved = _expected(state.expected, state.step, self._course.size)
 
     def torque(self, state: ConsistentState, t: float, first: bool) -> np.ndarray:
         if first:
-            self._shift(state, state.moved)
+            state.moved = self._shift(state, state.moved)
             state.asked = None
             return super().torque(state, t, first)
         load = super().torque(state, t, first)
+        if not self._course.is_settled(state.step):
+            state.trial = None
+            return load
         state.trial = trial = self._tried(state, t, state.served())
         if state.asked is not None:
-            state.learned = learned(state.learned, *state.asked, trial.away)
+            away = self._course.tracked(trial.away).ravel()
+            state.learned = learned(state.learned, *state.asked, away)
             state.asked = None
-        if state.passes == MOST_PASSES or np.abs(trial.away).max() <= CLOSE:
+        if state.passes == self._course.passes or np.abs(trial.away).max() <= CLOSE:
             return load
         state.passes += 1
         self._follow(state, trial)
@@ -197,63 +148,46 @@ class ConsistentScheme(FullScheme[ConsistentState]):
 
     def demand(self, state: ConsistentState, t: float, there: Dynamics) -> np.ndarray:
         # What the muscles' course leaves of the law is asked for in addition, half of it at once.
-        lost = state.moved[1] / state.step**2
+        lost = self._course.tracked(state.moved[1]) / state.step**2
         d = state.estimated - 0.5 * self.settings.disturbance_gain * lost
         return super().demand(state, t, there) + there.M @ d
 
     def excite(self, state: ConsistentState) -> tuple[Excited, Geometry]:
-        trial = state.trial
-        if trial is None:
-            raise SimulationError(NOTHING_RECRUITED)
+        trial = state.trial or self._tried(state, state.opened.end, state.served())
         state.muscles.check(trial.recruited)
         self._follow(state, trial)
         state.expected = [*state.expected[-1:], (state.moved, state.step)]
         state.response = state.learned
-        state.begun, state.reserve = trial.there, trial.excited.reserve
+        state.begun, state.reserve = trial.begun, trial.excited.reserve
         self._estimate(state, trial.recruited)
         return trial.excited, self.model.geometry(*self.skeleton.place)
 
     def _follow(self, state: ConsistentState, trial: Trial) -> None:
         """Go where the step really leads, as far as is known."""
-        by = state.learned @ trial.away
-        state.asked = by, trial.away
-        by = by.reshape(2, -1)
-        self._shift(state, by)
+        course, away = self._course, trial.away
+        before = course.tracked(away)
+        more = state.learned @ before.ravel() - before.ravel()
+        by = self._shift(state, away + course.moving(more.reshape(2, -1), state.here))
+        state.asked = course.tracked(by).ravel(), before.ravel()
         state.moved = state.moved + by
-        state.trial = trial._replace(away=np.zeros_like(trial.away))
+        state.trial = trial._replace(away=np.zeros_like(away))
 
-    def _shift(self, state: ConsistentState, by: np.ndarray) -> None:
-        self.skeleton.move(by[0], by[1] / state.step)
+    def _shift(self, state: ConsistentState, by: np.ndarray) -> np.ndarray:
+        """By how much the iterate was moved, q and h q' (2, N), if it was to be `by`."""
+        dq, dv = self._course.move(by[0], by[1] / state.step, state.step)
+        return np.array([dq, state.step * dv])
 
     def _tried(self, state: ConsistentState, t: float, recruited: Recruited) -> Trial:
         """Where the step that ends at the current state really leads."""
-        skeleton, h, (M_0, bias_0, _), here = self.skeleton, state.step, state.begun, state.here
         excited = state.muscles.tried(recruited)
-        (q_0, v_0, _), q_1, v_1 = skeleton.start, skeleton.q, skeleton.v
-        ends = np.array([q_0, h * v_0, q_1, h * v_1])
-        inner = [
-            skeleton.dynamics_within(x @ ends, x_t @ ends / h, t - (1.0 - s) * h)
-            for s, x, x_t in zip(INNER, INNER_VALUE, INNER_SLOPE, strict=True)
-        ]
-        Ms = np.array([M_0, *(x.M for x in inner), here.M])
-        biases = np.array([bias_0, *(x.bias for x in inner), here.bias])
-        for nodes in (USUAL, FINE):
-            q, v, reduced = skeleton.basis.along(nodes.value @ ends, nodes.slope @ ends / h)
-            course = self._course.over(
-                state.opened.window, excited.window.excitation, h * nodes.s, q, v
-            )
-            if course.is_smooth:
-                break
-        torques = course.torques
-        if state.reserve.size:
-            held = np.outer(1.0 - nodes.s, state.reserve) + np.outer(nodes.s, excited.reserve)
-            actuators = [self.model.columns(x) @ f for x, f in zip(q, held, strict=True)]
-            torques = torques + actuators
-        lack = reduced(torques) - nodes.smooth @ biases
-        a = np.linalg.solve(np.tensordot(nodes.smooth, Ms, 1), lack[..., None])[..., 0]
-        away = q_0 + h * (v_0 + h * (nodes.moments @ a)) - q_1, v_0 + h * (nodes.weights @ a) - v_1
-        excited = excited._replace(activation=course.activation, tendon_length=course.tendon_length)
-        return Trial(recruited, excited, here, np.concatenate([away[0], h * away[1]]))
+        geometry = state.geometry, recruited.reached.geometry
+        reserves = state.reserve, excited.reserve
+        u = excited.window.excitation
+        led = self._course.over(
+            Step(state.opened.window, t, u, reserves, geometry, state.here, state.begun)
+        )
+        excited = excited._replace(activation=led.activation, tendon_length=led.tendon_length)
+        return Trial(recruited, excited, led.begun, led.away)
 
     def _errors(self, state: ConsistentState, t: float) -> np.ndarray:
         q_d, v_d, _ = state.tracking.desired(t)

@@ -55,7 +55,7 @@ class ConstrainedEquations:
         self._algebraic = slice(n + first_order, None)
         self._kept = np.r_[0:n, n + first_order : data.SystemSize()]
         self.number = self._multipliers.size
-        self.vectors = _rotation_vectors(mbs)
+        self.vectors = rotation_vectors(mbs)
         reference = exu.ConfigurationType.Reference
         self.reference = np.array(data.GetODE2Coordinates(configuration=reference), dtype=float)
 
@@ -127,7 +127,7 @@ def solved(K: np.ndarray, right: np.ndarray) -> np.ndarray | None:
     return None if failed or not np.isfinite(solution).all() else solution
 
 
-def _rotation_vectors(mbs: exu.MainSystem) -> np.ndarray:
+def rotation_vectors(mbs: exu.MainSystem) -> np.ndarray:
     """First coordinates of all rotation vectors in the system."""
     data = mbs.systemData
     first = [

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
-from exudyn_muscles.methods.consistent import FINE, USUAL, learned
+from exudyn_muscles.methods.consistent import learned
+from exudyn_muscles.methods.course.nodes import FINE, USUAL
 from exudyn_muscles.methods.disturbance import LINEAR, Course, speed_error, tracking_growth
 from models import leg as leg_3d
 from models import pendulum, planar_arm

@@ -167,6 +167,17 @@ class OpenedSystem:
             right = np.append(self._acting() + load, self._equations.demanded())
         return self._solved(K, right[:, None])[:, 0]
 
+    def followed(self, dx: np.ndarray, dv: np.ndarray, h: float) -> np.ndarray:
+        """What of changes (2, N) of x and x' the system follows in a step h [s] of the trapezoidal
+        rule: speeds as the constraints allow, and both as far as its own stiffness lets it."""
+        n, equations = dx.size, self._equations
+        M = equations.matrix()[:n, :n]
+        K = equations.matrix(-0.25 * h * h, -0.5 * h)
+        right = np.zeros((K.shape[0], 2))
+        right[:n] = M @ np.column_stack([dx, dv])
+        right[n:, 0] = K[n:, :n] @ dx
+        return self._solved(K, right).T
+
     @property
     def directions(self) -> int:
         """In how many the constraints let the system move."""

@@ -1,0 +1,1 @@
+"""Where a step really leads: muscles with held excitations, the skeleton under their forces."""

@@ -1,0 +1,142 @@
+"""Where a step of a tree really leads.
+
+With the excitations held the muscles are integrated over the step; at the nodes of a quadrature
+their torques, M and H - Q give the accelerations q'' that the skeleton really has. The nodes of the
+muscles' force are more than those of M and H - Q, which are smoother and whose values at both ends
+are known.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...model import MusculoskeletalModel
+from ...muscle.parameters import MuscleTables
+from ...numerics.curves import PackedCurves
+from ...numerics.kernel import kernel
+from ...skeleton.geometry import geometry_tables, tree_geometry
+from ...skeleton.opened import Dynamics
+from ...skeleton.skeleton import Skeleton
+from ...skeleton.state import hermite
+from .muscles import check_integrated, muscles_go_on
+from .nodes import FINE, SMOOTH, USUAL
+from .step import Led, Step
+
+INNER = SMOOTH[1:-1]
+INNER_VALUE, INNER_SLOPE = hermite(INNER)
+
+
+@kernel
+def tree_course(
+    table, grids, bins, pieces, joints, parents, rotations, offsets, reference, positions,
+    links, starts, bent, rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors,
+    factor_starts, integers, numbers, times, q, v, u, states, lengths, F, r, mesh, torques,
+):  # fmt: skip
+    """Integrate m muscles over the states q, q' (k, N) at k `times`.
+
+    `states` (2, m) holds a, l_t at the first time and receives those at the last; `torques` (k, N)
+    are written, with `lengths` (4, m), F (m,), r (m, N) and `mesh` for the work. Returns whether a
+    path jumped, and -1, the first muscle i that found no way, or m + i for one that could not be
+    integrated.
+    """
+    tables = MuscleTables(table, PackedCurves(grids, bins, pieces))
+    m, jumped, before = u.size, False, times[0]
+    for k in range(times.size):
+        failed = tree_geometry(
+            joints, parents, rotations, offsets, reference, positions, links, starts, bent,
+            rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors, factor_starts,
+            integers, numbers, q[k], v[k], lengths[2], lengths[3], r,
+        )  # fmt: skip
+        if failed >= 0:
+            return jumped, failed
+        jumps, failed = muscles_go_on(tables, u, times[k] - before, states, lengths, mesh, F)
+        jumped |= jumps
+        if failed >= 0:
+            return jumped, m + failed
+        for j in range(torques.shape[1]):
+            torques[k, j] = 0.0
+            for i in range(m):
+                torques[k, j] += r[i, j] * F[i]
+        before = times[k]
+    return jumped, -1
+
+
+class TreeCourse:
+    """The muscles and the tree of a model over steps; see `Course`."""
+
+    passes = 2
+
+    def __init__(self, model: MusculoskeletalModel, skeleton: Skeleton) -> None:
+        tables, m = model.muscles.tables, len(model.muscles)
+        # Copies, because numba takes 0.2 us longer over every array that is read-only.
+        laws = (array.copy() for array in (tables.table, *tables.curves))
+        self._tables = (*laws, *geometry_tables(skeleton.tree, model.paths))
+        self._work = np.empty((4, m)), np.empty(m), np.empty((m, skeleton.width))
+        self._model, self._skeleton, self.size = model, skeleton, len(skeleton)
+
+    def begin(self, t: float) -> Dynamics:
+        return self._skeleton.dynamics_at(self._skeleton.q.copy(), self._skeleton.v.copy(), t)
+
+    def move(self, dq: np.ndarray, dv: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
+        self._skeleton.move(dq, dv)
+        return dq, dv
+
+    def is_settled(self, h: float) -> bool:
+        return True
+
+    def tracked(self, moved: np.ndarray) -> np.ndarray:
+        return moved
+
+    def moving(self, tracked: np.ndarray, here: Dynamics) -> np.ndarray:
+        return tracked
+
+    def over(self, step: Step) -> Led:
+        skeleton, h, here, begun = self._skeleton, step.window.h, step.here, step.begun
+        (q_0, v_0, _), q_1, v_1 = skeleton.start, skeleton.q, skeleton.v
+        ends = np.array([q_0, h * v_0, q_1, h * v_1])
+        inner = [
+            skeleton.dynamics_within(x @ ends, x_t @ ends / h, step.end - (1.0 - s) * h)
+            for s, x, x_t in zip(INNER, INNER_VALUE, INNER_SLOPE, strict=True)
+        ]
+        Ms = np.array([begun.M, *(x.M for x in inner), here.M])
+        biases = np.array([begun.bias, *(x.bias for x in inner), here.bias])
+        for nodes in (USUAL, FINE):
+            q, v, reduced = skeleton.basis.along(nodes.value @ ends, nodes.slope @ ends / h)
+            course = self._muscles(step, h * nodes.s, q, v)
+            if not course.jumped:
+                break
+        torques = course.torques
+        if self._model.reserves:
+            held = zip(q, step.reserves_at(nodes.s), strict=True)
+            torques = torques + [self._model.columns(x) @ f for x, f in held]
+        lack = reduced(torques) - nodes.smooth @ biases
+        a = np.linalg.solve(np.tensordot(nodes.smooth, Ms, 1), lack[..., None])[..., 0]
+        away = nodes.away(h, (q_0, v_0), (q_1, v_1), a)
+        return Led(away, course.activation, course.tendon_length, here)
+
+    def _muscles(self, step: Step, times: np.ndarray, q: np.ndarray, v: np.ndarray) -> MuscleCourse:
+        windows, (a, l_t, *_), u = step.window.windows, step.window.start, step.excitation
+        states, torques = np.array([a, l_t]), np.empty_like(q)
+        jumped, failed = tree_course(
+            *self._tables, times, q, v, u, states, *self._work, windows.scratch, torques
+        )
+        windows.tally[0] += u.size
+        if failed >= 0:
+            for place in zip(q, v, strict=True):
+                self._model.geometry(
+                    *map(self._skeleton.basis.part, place)
+                )  # raises if it was that
+            check_integrated(failed - u.size, step.window)
+        return MuscleCourse(jumped, torques, *states)
+
+
+class MuscleCourse(NamedTuple):
+    """Whether a path jumped, the muscles' torques (k, N) at the times of a step, and a, l_t (m,) at
+    the last one."""
+
+    jumped: bool
+    torques: np.ndarray
+    activation: np.ndarray
+    tendon_length: np.ndarray
