@@ -88,6 +88,10 @@ class UnmetTorqueWarning(ExudynMusclesWarning):
     """In some steps the muscles could not deliver the demanded torque."""
 
 
+class TrackingWarning(ExudynMusclesWarning):
+    """A run is off the motion that it tracks by more than its control law promises."""
+
+
 class StabilityWarning(ExudynMusclesWarning):
     """Gains and step lie outside the stability limit of the simplified co-simulation."""
 

@@ -34,6 +34,10 @@ def summary(name: str, trajectory: Trajectory) -> str:
         f"{counts.newton_iterations} Newton iterations, {counts.rejected_steps} rejected steps"
     )
     lines.append(f"unmet torque [N m, or N]: {trajectory.unmet_torque_report() or 'none'}")
+    if trajectory.reserve_names:
+        lines.append(f"reserves and residuals: {trajectory.reserve_report() or 'none needed'}")
+    if off := trajectory.tracking_report():
+        lines.append(f"tracking: {off}")
     if drift := trajectory.max_constraint_drift:
         lines.append(f"largest violation of constraints [m, rad, or 1]: {drift:.2g}")
     return "\n".join(lines)
@@ -145,7 +149,8 @@ def exit_status(trajectory: Trajectory) -> int:
     """Exit status of a run; one that was stopped early is not a success."""
     if trajectory.status is Status.COMPLETE:
         return 0
-    text = f"{METHODS[trajectory.method]} is incomplete: {trajectory.message}"
+    how = "has lost the motion" if trajectory.status is Status.LOST else "is incomplete"
+    text = f"{METHODS[trajectory.method]} {how}: {trajectory.message}"
     print(f"{PROGRAM}: error: {text}", file=sys.stderr)
     return FAILED
 

@@ -104,6 +104,8 @@ def computed_muscle_control(
         Angles that cannot be radians.
     UnmetTorqueWarning
         The muscles could not deliver the demanded torques; names the coordinates.
+    TrackingWarning
+        The run is off its motion by more than the control law promises; see `Plugin.attached`.
     """
     check_settings(settings, CMCSettings)
     check_motion(motion, model.coordinates)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..model import MusculoskeletalModel
 from ..motion import Motion
+from ..results.tracking import ABSURD
 from ..simulation.state import RunState
 from .recruiting import MuscleOptimization, Started
 from .tracking import Tracking, TrackingSettings
@@ -22,10 +23,18 @@ class TrackedState(RunState):
     ----------
     muscles : MuscleOptimization
     tracking : Tracking
+    started_off : float
+        Largest tracking error at the start [rad or m].
     """
 
     muscles: MuscleOptimization
     tracking: Tracking
+    started_off: float = 0.0
+
+    def is_absurd(self, t: float, q: np.ndarray) -> bool:
+        e = self.tracking.desired(t)[0] - q
+        # The norm first, which takes a third of the time.
+        return e @ e > ABSURD**2 and bool(np.abs(e).max() > ABSURD + self.started_off)
 
 
 def tracked(
@@ -44,5 +53,6 @@ def start_tracking(
     there = model.skeleton.dynamics_at(q, v, t)
     state.geometry = model.geometry(*there.place)
     start = state.muscles.start(state.geometry, state.tracking.demand(t, there), t)
+    state.started_off = float(np.abs(state.tracking.desired(t)[0] - q).max())
     state.record.begin(t, start.reserve, start.unmet)
     return start

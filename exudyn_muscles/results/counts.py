@@ -11,6 +11,7 @@ class Status(Enum):
 
     COMPLETE = "complete"
     INCOMPLETE = "incomplete: the trajectory ends where the run stopped, see its message"
+    LOST = "lost: the run has left the motion that it was to track, see its message"
 
 
 @dataclass

@@ -139,6 +139,10 @@ QUANTITIES = (
         "so that they differ from those of the recorded forces by the order of its error",
     ),
     Quantity(
+        "torques_ideal", _POINTS, _COORDINATES, "N m or N", 5e-4, _TORQUE,
+        "what of them reserves and residuals gave", since=5,
+    ),
+    Quantity(
         "desired_coordinates", _POINTS, _COORDINATES, "rad or m", 1e-9, _NONE,
         "q_d; NaN where nothing was desired",
     ),

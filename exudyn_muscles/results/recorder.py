@@ -96,6 +96,15 @@ class Recorder:
         windows = (row.window.unmet for row in self._rows if row.window is not None)
         return any(unmet.any() for unmet in (self.start[2], *windows))
 
+    @property
+    def strayed(self) -> float:
+        """The largest tracking error [rad or m]; 0 if nothing is tracked."""
+        if self._motion is None or not self._rows:
+            return 0.0
+        time = np.array([row.time for row in self._rows])
+        q = np.array([row.point[0] for row in self._rows])
+        return float(np.abs(self._motion(time)[0] - q).max())
+
     def begin(self, t: float, reserve: np.ndarray, unmet: np.ndarray) -> None:
         """The first window begins at `t`, with these reserves (r,) and unmet torques (n,)."""
         self.start = t, reserve, unmet
@@ -108,6 +117,10 @@ class Recorder:
         """The run has reached its end."""
         self.status = Status.COMPLETE
 
+    def lose(self, how: str) -> None:
+        """The run has left its motion."""
+        self.status, self.message = Status.LOST, how
+
     def note(self, why: str) -> None:
         """The run ended before its end."""
         self.message = why
@@ -119,6 +132,8 @@ class Recorder:
             vars(error)["trajectory"] = trajectory = self.trajectory()
             if self.fell_short:
                 error.add_note(f"unmet torque before: {trajectory.unmet_torque_report()}")
+            if off := trajectory.tracking_report():
+                error.add_note(f"tracking before: {off}")
 
     def stop(self) -> None:
         """The run is over: its CPU time counts up to here."""
@@ -144,6 +159,10 @@ class Recorder:
             model, geometry, points["activations"], points["tendon_lengths"]
         )
         desired = np.full_like(q, np.nan) if self._motion is None else self._motion(time)[0]
+        ideal = [
+            g.columns @ row.reserve if row.reserve.size else np.zeros(q.shape[1])
+            for g, row in zip(geometry, self._rows, strict=True)
+        ]
         return Trajectory(
             **names,
             **points,
@@ -153,6 +172,7 @@ class Recorder:
             tendon_forces=force,
             musculotendon_lengths=np.array([row.length for row in geometry]),
             fiber_lengths=fiber,
+            torques_ideal=np.array(ideal).reshape(q.shape),
             desired_coordinates=desired,
             reserves=reserves,
             start_unmet=self.start[2],

@@ -14,6 +14,7 @@ from .counts import Counts, Status
 from .excitations import Excitations
 from .quantities import QUANTITIES, When, listing
 from .storing import read_fields, write_fields
+from .tracking import LOST, promised_errors, tracking_report
 
 if TYPE_CHECKING:
     import pandas
@@ -63,6 +64,7 @@ class Trajectory:
     tendon_lengths: np.ndarray
     fiber_lengths: np.ndarray
     torques_delivered: np.ndarray
+    torques_ideal: np.ndarray
     desired_coordinates: np.ndarray
     window_time: np.ndarray
     excitation_values: np.ndarray
@@ -134,6 +136,36 @@ class Trajectory:
                     f"windows, by up to {short[k]:.4g} at t = {self.window_time[k + 1]:.4g} s"
                     + (f", where {', '.join(names)} pulled at most" if names else "")
                 )
+        return "; ".join(lines)
+
+    def tracking_report(self) -> str:
+        """One line a coordinate whose errors are beyond what the control law promises: since when,
+        and how large; empty if none is, or nothing was tracked."""
+        return tracking_report(vars(self), self._tracking_excess())
+
+    @property
+    def has_lost_its_motion(self) -> bool:
+        """Whether errors are beyond what the law promises by 0.2 rad or m anywhere."""
+        return bool((self._tracking_excess() > LOST).any())
+
+    def _tracking_excess(self) -> np.ndarray:
+        """By how much errors (T, n) are larger than the control law promises."""
+        errors = self.tracking_errors()
+        if "kp" not in self.settings or self.time.size < 2:
+            return np.zeros_like(errors)
+        return np.abs(errors) - np.abs(promised_errors(self.time, errors, self.settings))
+
+    def reserve_report(self) -> str:
+        """One line a coordinate on which reserves or residuals act: their share of the demand, by
+        root mean squares, and their peak; empty if there are none."""
+        lines = []
+        demand = np.sqrt(np.mean(self.torques_demanded**2, axis=0))
+        for j, name in enumerate(self.coordinate_names):
+            torque = np.abs(self.torques_ideal[:, j])
+            if torque.any():
+                unit = "N m" if self.coordinate_units[j] == "rad" else "N"
+                share = np.sqrt(np.mean(torque**2)) / demand[j] if demand[j] else np.inf
+                lines.append(f"{name}: {share:.1%} of the demand, up to {torque.max():.3g} {unit}")
         return "; ".join(lines)
 
     def compare(

@@ -5,8 +5,10 @@ from __future__ import annotations
 import exudyn as exu
 import numpy as np
 
-from ..errors import IncompleteRunWarning, UnmetTorqueWarning, warn
+from ..errors import IncompleteRunWarning, TrackingWarning, UnmetTorqueWarning, warn
+from ..results.counts import Status
 from ..results.recorder import Recorder
+from ..results.tracking import NOTICEABLE
 from ..skeleton.base import ExudynSkeleton
 
 
@@ -23,6 +25,28 @@ def warn_of_stop(record: Recorder, why: str, end: float) -> None:
     text = f"stopped by {why} at t = {record.reached:g} s before {end:g} s"
     record.note(text)
     warn(text, IncompleteRunWarning)
+
+
+def judge_tracking(record: Recorder, end: float) -> str:
+    """How a run that was to go on until `end` [s] is off its motion by more than its control law
+    promises, empty if it is not; one that has lost the motion says so in its status."""
+    if record.strayed <= NOTICEABLE:
+        return ""
+    trajectory = record.trajectory()
+    text = trajectory.tracking_report()
+    if text and not record.fell_short:
+        text += "; no torque was out of reach: shorter steps may hold the motion, or other gains"
+    if trajectory.has_lost_its_motion:
+        if record.status is Status.INCOMPLETE:
+            text += f"; stopped at t = {trajectory.time[-1]:g} s before {end:g} s"
+        record.lose(text)
+    return text
+
+
+def warn_of_tracking(text: str) -> None:
+    """One TrackingWarning for a whole run, if there is anything to say."""
+    if text:
+        warn(f"tracking: {text}", TrackingWarning)
 
 
 def warn_of_unmet_torque(record: Recorder) -> None:

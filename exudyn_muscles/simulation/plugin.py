@@ -34,7 +34,13 @@ from ..skeleton.base import ExudynSkeleton
 from ..skeleton.external_forces import check_external_forces
 from ..skeleton.hold import Hold, hold
 from ..skeleton.reading import original, raise_as_itself
-from .ending import place, warn_of_early_end, warn_of_unmet_torque
+from .ending import (
+    judge_tracking,
+    place,
+    warn_of_early_end,
+    warn_of_tracking,
+    warn_of_unmet_torque,
+)
 from .hooks import Hooks
 from .parameters import keep_parameters
 from .solver import put_back_solver, request_jacobian, running_solver
@@ -166,6 +172,10 @@ class Plugin(ABC):
             Exudyn returned before the end time.
         UnmetTorqueWarning
             The muscles could not deliver the demanded torque; names the coordinates.
+        TrackingWarning
+            The run is off its motion by more than the control law promises; names the coordinates.
+            Where it has lost the motion the result's status is `Status.LOST`, and it is stopped
+            where a coordinate is off by half a turn or more.
         """
         with hold(self.model.mbs) as held, self.attached_to(held):
             yield self
@@ -189,7 +199,8 @@ class Plugin(ABC):
             hooks.install(self._own_hooks(hooks))
             yield self
             hooks.check()
-            if state.started and record.status is not Status.COMPLETE:
+            off = judge_tracking(record, state.end)
+            if state.started and record.status is Status.INCOMPLETE:
                 warn_of_early_end(record, running_solver(mbs))
         except BaseException as error:
             raised = original(error)
@@ -205,6 +216,7 @@ class Plugin(ABC):
         finally:
             record.stop()
         warn_of_unmet_torque(record)
+        warn_of_tracking(off)
 
     def _own_hooks(self, hooks: Hooks) -> dict[str, Callable]:
         own: dict[str, Callable] = {
@@ -312,7 +324,7 @@ class Plugin(ABC):
             state.record.complete()
         if self._progress is not None:
             self._progress(t)
-        return True
+        return not state.is_absurd(t, self.skeleton.q)
 
     def _add(self, t: float, reserve: np.ndarray, window: Window | None) -> None:
         state, skeleton = self.state, self.skeleton

@@ -45,3 +45,7 @@ class RunState:
     a: np.ndarray = field(init=False)
     l_t: np.ndarray = field(init=False)
     geometry: Geometry = field(init=False)
+
+    def is_absurd(self, t: float, q: np.ndarray) -> bool:
+        """Whether the coordinates q (n,) at the time `t` have nothing to do with the run's aim."""
+        return False

@@ -1,4 +1,4 @@
-"""Consistent co-simulation of systems of bodies: all of them goes where the muscles' forces lead."""
+"""Consistent co-simulation of systems of bodies: all of it goes where the muscles' forces lead."""
 
 import numpy as np
 import pytest
@@ -70,7 +70,7 @@ def test_rejected_steps_leave_no_trace():
 
 def test_rotation_vectors_are_refused():
     model = as_bodies(planar_arm.build(), VECTOR)
-    with pytest.raises(em.ModelError, match="NodeRigidBodyRotVecLG.*Euler parameters"):
+    with pytest.raises(em.ModelError, match=r"NodeRigidBodyRotVecLG.*Euler parameters"):
         run(model, planar_arm.motion())
 
 

@@ -1,0 +1,55 @@
+"""Whether a run has kept to its motion: tracking errors against what the control law promises.
+
+By (15) errors e = q_d - q decay as e'' = -(k_v e' + k_p e), from whatever they are at the start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+# Errors beyond what the law promises [rad or m]: 1.1 deg or 2 cm, as much as marker data leave
+# open, are said; 11 deg or 20 cm off, excitations of another motion are found; and a joint that is
+# half a turn off has nothing to do with it.
+NOTICEABLE, LOST, ABSURD = 0.02, 0.2, np.pi
+
+
+def promised_errors(
+    time: np.ndarray, errors: np.ndarray, settings: Mapping[str, Any]
+) -> np.ndarray:
+    """What the law with the gains kp and kv of these settings makes of the first of the errors
+    (T, n) at the times (T,).
+
+    Examples
+    --------
+    >>> errors = np.array([[0.02], [0.02], [0.0]])
+    >>> promised_errors(np.array([0.0, 1e-6, 0.1]), errors, {"kp": 100.0}).round(4)[:, 0]
+    array([0.02  , 0.02  , 0.0147])
+    """
+    t, e = (time - time[0])[:, None], errors[0]
+    e_t = (errors[1] - errors[0]) / t[1]
+    kp, kv = np.asarray(settings["kp"]), settings.get("kv")
+    half = np.sqrt(kp) if kv is None else 0.5 * np.asarray(kv)
+    w = np.sqrt(half**2 - kp + 0j)
+    fast, slow = np.exp((-half - w) * t), np.exp((-half + w) * t)
+    apart = np.abs(w) * t[-1] > 1e-6
+    ratio = np.where(apart, (slow - fast) / np.where(apart, 2.0 * w, 1.0), t * slow)
+    return (0.5 * (slow + fast) * e + (e_t + half * e) * ratio).real
+
+
+def tracking_report(fields: Mapping[str, Any], excess: np.ndarray) -> str:
+    """One line a coordinate of a trajectory with these fields whose errors are beyond what the law
+    promises, by `excess` (T, n): since when, and how large; the worst first, empty if none is."""
+    time, lines = fields["time"], []
+    errors = np.abs(fields["desired_coordinates"] - fields["coordinates"])
+    for j in np.argsort(-excess.max(axis=0), kind="stable"):
+        if excess[:, j].max() > NOTICEABLE:
+            first, worst = (excess[:, j] > NOTICEABLE).argmax(), excess[:, j].argmax()
+            name, unit = (fields[which][j] for which in ("coordinate_names", "coordinate_units"))
+            lines.append(
+                f"{name}: off the motion from t = {time[first]:.4g} s, by up to "
+                f"{errors[worst, j]:.3g} {unit} at t = {time[worst]:.4g} s"
+            )
+    return "; ".join(lines)
