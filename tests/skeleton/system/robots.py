@@ -13,6 +13,8 @@ from exudyn.utilities import (
 
 import exudyn_muscles as em
 
+from .models import sized, sizes_along
+
 JOINTS = ("Rx", "Ry", "Rz", "Px", "Py", "Pz")
 
 
@@ -37,10 +39,7 @@ class RandomChain:
         ends = [self.q, self.q + rng.uniform(-0.1, 0.1, n)]
         self.motion = em.Motion.from_waypoints([0.0, 0.2], ends)
         self._sizes = np.full((2 * n, 2), 0.1)
-        plain, poses = self.tree(), self.motion(np.linspace(0.0, 0.2, 11))[0]
-        lengths = np.array([plain.geometry(q, self.v).length for q in poses])
-        # Optimal fibre and tendon slack length.
-        self._sizes = np.column_stack([0.5 * lengths.max(axis=0), 0.4 * lengths.min(axis=0)])
+        self._sizes = sizes_along(self.tree(), self.motion)
 
     def tree(self):
         mbs = exu.SystemContainer().AddSystem()
@@ -66,16 +65,8 @@ class RandomChain:
         def point(place, k):
             return em.PathPoint(place) if k < 0 else em.PathPoint(place, link=links[k])
 
-        muscles = [
-            em.Muscle(
-                f"m{i}", path=[point(p, j), point(q, k)], max_isometric_force=2000.0,
-                optimal_fiber_length=fiber, tendon_slack_length=tendon,
-            )
-            for i, ((p, j, q, k), (fiber, tendon)) in enumerate(
-                zip(self.points, self._sizes, strict=True)
-            )
-        ]  # fmt: skip
-        return muscles, [em.Reserve(name, 100.0) for name in self.names]
+        paths = [[point(p, j), point(q, k)] for p, j, q, k in self.points]
+        return sized(paths, self._sizes), [em.Reserve(name, 100.0) for name in self.names]
 
 
 def _link(rng, k):
