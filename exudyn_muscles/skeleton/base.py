@@ -168,7 +168,7 @@ class ExudynSkeleton(ABC):
         """
 
     def snapshot(self) -> tuple[list[np.ndarray], float]:
-        """The system's current coordinates, speeds, accelerations and time."""
+        """The system's current coordinates, speeds, accelerations, data and time."""
         return State(self.mbs, self.rows).snapshot()
 
     def restore(self, snapshot: tuple[list[np.ndarray], float]) -> None:

@@ -104,7 +104,7 @@ class ConstrainedEquations:
     @cached_property
     def _of_velocities(self) -> np.ndarray:
         """Which equations (c,) are of velocities alone."""
-        return self._jacobian(0.0, 0.0, 0.0)[self._n :, : self._n].any(axis=1)
+        return np.asarray(self._jacobian(0.0, 0.0, 0.0)[self._n :, : self._n].any(axis=1))
 
     def demanded(self) -> np.ndarray:
         """gamma, the accelerations that constraints ask for, where the system is `free`."""

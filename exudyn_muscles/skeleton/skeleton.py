@@ -182,6 +182,7 @@ class Skeleton(ExudynSkeleton):
         try:
             self._opened = Opened(self.mbs, self.object, self.rows, self.basis.known_to_exudyn)
             held.keep(self._opened.leave)
+            self._opened.contacts.begin(held)
             self._check_mass_matrix()
         except exu.ExudynError as error:
             raise_as_itself(original(error), error)
@@ -242,17 +243,25 @@ class Skeleton(ExudynSkeleton):
         return Dynamics(M, bias, self.place)
 
     def _dynamics_there(self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool) -> Dynamics:
-        state = self._opened.state
+        state, contacts = self._opened.state, self._opened.contacts
         before = state.snapshot()
         try:
             if ahead:
                 state.go_on_until(t)
-            self.go_to(q, v, t)
+            self._place(q, v, t)
+            if ahead:
+                contacts.settle_ahead(before[1])
             return Dynamics(*self.basis.dynamics(self._opened), (q, v))
         finally:
             state.restore(before)
+            if ahead:
+                contacts.settle_at_start()
 
     def go_to(self, q: np.ndarray, v: np.ndarray, t: float) -> None:
+        self._place(q, v, t)
+        self._opened.contacts.settle()
+
+    def _place(self, q: np.ndarray, v: np.ndarray, t: float) -> None:
         state = self._opened.state
         state.q[:], state.v[:] = self.state_of_tree(q, v)
         self.mbs.systemData.SetTime(t)

@@ -159,6 +159,7 @@ class GeneralSkeleton(ExudynSkeleton):
         try:
             self._opened = self._system(near)
             held.keep(self._opened.leave)
+            self._opened.contacts.begin(held)
         except exu.ExudynError as error:
             raise_as_itself(original(error), error)
 
@@ -228,19 +229,24 @@ class GeneralSkeleton(ExudynSkeleton):
         return self.now.dynamics()
 
     def _dynamics_there(self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool) -> Dynamics:
-        state = self.now.state
-        before = state.snapshot()
+        now = self.now
+        before = now.state.snapshot()
         try:
             if ahead:
-                self.now.go_ahead(t)
-            self.go_to(q, v, t)
+                now.go_ahead(t)
+            now.go_to(q, v, t)
+            if ahead:
+                now.contacts.settle_ahead(before[1])
             return self.dynamics()
         finally:
-            state.restore(before)
-            self.now.pose()
+            now.state.restore(before)
+            if ahead:
+                now.contacts.settle_at_start()
+            now.pose()
 
     def go_to(self, q: np.ndarray, v: np.ndarray, t: float) -> None:
         self.now.go_to(q, v, t)
+        self.now.contacts.settle()
 
     # In a run.
 
