@@ -16,11 +16,12 @@ from ..results.excitations import Excitations
 from ..results.recorder import Window
 from ..results.trajectory import Trajectory
 from ..simulation.run import simulate
+from ..simulation.settings import RunSettings
 from .unified import UnifiedPlugin, UnifiedState
 
 
 @dataclass(frozen=True, kw_only=True)
-class ForwardSettings:
+class ForwardSettings(RunSettings):
     """Settings of `forward_dynamics` and `ForwardPlugin`.
 
     Parameters
@@ -32,6 +33,7 @@ class ForwardSettings:
     step: float = 0.001
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check_step("step", self.step)
 
 

@@ -30,14 +30,14 @@ from ..motion import Motion
 from ..results.counts import Counts, Status
 from ..results.recorder import Recorder, Row, Window
 from ..results.trajectory import Trajectory
-from ..skeleton.base import ExudynSkeleton
 from ..skeleton.external_forces import check_external_forces
 from ..skeleton.hold import Hold, hold
 from ..skeleton.reading import original, raise_as_itself
 from .ending import place, warn_of_early_end, warn_of_unmet_torque
 from .hooks import Hooks
 from .parameters import keep_parameters
-from .solver import put_back_solver, request_jacobian, running_solver
+from .settings import RunSettings
+from .solver import matrix_triplets, put_back_solver, request_jacobian, running_solver
 from .start import check_times, warn_of_distance
 from .state import RunState
 
@@ -61,7 +61,7 @@ class Plugin(ABC):
     model : MusculoskeletalModel
     start, end : float
         Time span that the plugin can serve [s].
-    settings : object
+    settings : RunSettings
         The method's frozen settings, stored with the result.
     motion : Motion, optional
         What is tracked, if anything.
@@ -71,7 +71,7 @@ class Plugin(ABC):
 
     method: str
     feeds_back = True  # the torque depends on the iterate, so that Newton's matrix has to know it
-    settings: object
+    settings: RunSettings
     motion: Motion | None
     state: RunState
 
@@ -80,7 +80,7 @@ class Plugin(ABC):
         model: MusculoskeletalModel,
         start: float,
         end: float,
-        settings: object,
+        settings: RunSettings,
         motion: Motion | None,
         progress: Progress | None,
     ) -> None:
@@ -213,7 +213,7 @@ class Plugin(ABC):
             "PostStep": partial(self._post_step, hooks),
         }
         if self.feeds_back or not self.skeleton.known_to_exudyn:
-            own["SystemJacobian"] = partial(self._system_jacobian, _triplets(self.skeleton))
+            own["SystemJacobian"] = partial(self._system_jacobian, matrix_triplets(self.skeleton))
         return own
 
     @property
@@ -305,7 +305,10 @@ class Plugin(ABC):
                 "this solver never asked for the muscles' torque: explicit solvers cannot be used"
             )
         state.open = False
-        self._add(t, *self.accept(state.t_0, t))
+        accepted = self.accept(state.t_0, t)
+        if self.settings.project_constraints and self.skeleton.project():
+            state.geometry = self.model.geometry(*self.skeleton.place)
+        self._add(t, *accepted)
         state.counts.steps += 1
         end = running_solver(mbs).it.endTime
         if t >= end - 1e-9 * max(1.0, abs(end)):
@@ -338,11 +341,3 @@ class Plugin(ABC):
         self.ready((iteration.endTime - iteration.startTime) / iteration.numberOfSteps)
         algorithm = mbs.sys["simulationSettings"].timeIntegration.generalizedAlpha
         self.skeleton.settle(algorithm.useNewmark)
-
-
-def _triplets(skeleton: ExudynSkeleton) -> np.ndarray:
-    """Row, column and a place for the value of the tree's rows in the system's Newton matrix."""
-    data = skeleton.mbs.systemData
-    columns = np.arange(data.ODE2Size() + data.ODE1Size() + data.AEsize())
-    i, j = np.meshgrid(np.arange(skeleton.rows.start, skeleton.rows.stop), columns, indexing="ij")
-    return np.column_stack([i.ravel(), j.ravel(), np.zeros(i.size)])

@@ -207,6 +207,11 @@ class ExudynSkeleton(ABC):
     def drift(self) -> float:
         """By how much the constraints are violated at most there [rad, m or 1]."""
 
+    @abstractmethod
+    def project(self) -> bool:
+        """At the end of a step, move the current state to where the constraints are met, the
+        coordinates by the trapezoidal rule; False: there are no constraints."""
+
     @property
     @abstractmethod
     def place(self) -> tuple:

@@ -234,6 +234,9 @@ class Skeleton(ExudynSkeleton):
     def drift(self) -> float:
         return 0.0
 
+    def project(self) -> bool:
+        return False
+
     @property
     def place(self) -> tuple:
         return self.q, self.v

@@ -171,6 +171,11 @@ class OpenedSystem:
         return self._solved(K, right[:, None])[:, 0]
 
     @property
+    def constrained(self) -> bool:
+        """Whether there are constraints."""
+        return self._equations.number > 0
+
+    @property
     def directions(self) -> int:
         """In how many the constraints let the system move."""
         n = self.state.q.size
