@@ -321,7 +321,7 @@ class Plugin(ABC):
         state, skeleton = self.state, self.skeleton
         place = skeleton.place
         current = place[0], place[1], skeleton.acceleration
-        whole = skeleton.x, skeleton.drift
+        whole = skeleton.x, skeleton.x_t, skeleton.drift
         point = *(x.copy() for x in current), *whole, state.a, state.l_t, skeleton.applied(place)
         state.record.add(Row(t, point, reserve, window, (*point[:2], *place[2:])))
 

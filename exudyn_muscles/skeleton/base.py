@@ -204,6 +204,11 @@ class ExudynSkeleton(ABC):
 
     @property
     @abstractmethod
+    def x_t(self) -> np.ndarray:
+        """Their speeds (N,)."""
+
+    @property
+    @abstractmethod
     def drift(self) -> float:
         """By how much the constraints are violated at most there [rad, m or 1]."""
 

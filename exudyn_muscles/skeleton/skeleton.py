@@ -231,6 +231,10 @@ class Skeleton(ExudynSkeleton):
         return NO_COORDINATES
 
     @property
+    def x_t(self) -> np.ndarray:
+        return NO_COORDINATES
+
+    @property
     def drift(self) -> float:
         return 0.0
 

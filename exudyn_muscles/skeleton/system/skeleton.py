@@ -202,6 +202,10 @@ class GeneralSkeleton(ExudynSkeleton):
         return self.now.state.q.copy()
 
     @property
+    def x_t(self) -> np.ndarray:
+        return self.now.state.v.copy()
+
+    @property
     def drift(self) -> float:
         return float(np.abs(self.now.equations(velocity=False)).max(initial=0.0))
 

@@ -1,5 +1,7 @@
 """All methods on systems of bodies and joints, beside trees, and with what is passive in them."""
 
+from dataclasses import replace
+
 import exudyn as exu
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from exudyn.utilities import InertiaCuboid, MarkerBodyRigid, MarkerKinematicTree
 import exudyn_muscles as em
 from models import pendulum, planar_arm
 
+from ...runs import plugin_run, settings
 from .convert import EULER, TAIT_BRYAN, VECTOR, as_bodies
 from .models import MOTION, PASSIVE, Arm, spring_hand, wobbling_mass
 
@@ -172,8 +175,6 @@ def test_a_trees_coordinates_may_be_left_untracked():
 
 
 def _on_markers(muscle, markers):
-    from dataclasses import replace
-
     def on(item):
         return item if item.link < 0 else replace(item, link=markers[item.link])
 
@@ -384,3 +385,39 @@ def test_geometry_between_runs_leaves_the_system_alone():
     np.testing.assert_allclose(length, before.musculotendon_lengths[30], rtol=0, atol=1e-12)
     for now, then in zip(data.GetSystemState(), state, strict=True):
         np.testing.assert_array_equal(now, then)
+
+
+def test_a_replay_begins_where_what_is_passive_began(tmp_path):
+    """In a run of the user's own from a deflected hand, replayed from a file in a fresh system."""
+
+    def deflected():
+        arm = Arm(spring_hand)
+        both = arm.model({"elbow": arm.elbow, "wrist": arm.wrist}).skeleton
+        both.set_initial_state(np.array([0.0, 0.2]), np.array([0.0, -1.0]))
+        return arm
+
+    arm = deflected()
+    model = arm.model()
+    plugin = em.CMCPlugin(model, MOTION)
+    as_replayed = settings(1e-3, 0.3)
+    as_replayed.timeIntegration.newton.absoluteTolerance = 1e-9
+    result = plugin_run(model, plugin, as_replayed)
+    result.save(tmp_path / "run.npz")
+    excitations = em.Trajectory.load(tmp_path / "run.npz").excitations
+    again = em.forward_dynamics(Arm(spring_hand).model(), excitations)
+    np.testing.assert_allclose(again.coordinates, result.coordinates, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(
+        again.system_coordinates, result.system_coordinates, rtol=0, atol=1e-8
+    )
+    np.testing.assert_array_equal(again.system_speeds[0], result.system_speeds[0])
+    # Of another system, or one not known, what is passive begins where its mbs has it.
+    unknown = replace(excitations, system=None)
+    elsewhere = em.forward_dynamics(Arm(spring_hand).model(), unknown)
+    assert np.abs(elsewhere.coordinates - result.coordinates).max() > 0.02
+    other = Arm(spring_hand, node_type=TAIT_BRYAN).model()
+    np.testing.assert_allclose(
+        em.forward_dynamics(other, excitations).coordinates,
+        elsewhere.coordinates,
+        rtol=0,
+        atol=1e-3,
+    )
