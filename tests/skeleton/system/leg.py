@@ -52,7 +52,7 @@ def build(node_type=EULER):
         "subtalar", talus, foot, tree.offsets[leg.FOOT], hinge, tree.rotations[leg.FOOT]
     )
     functions = (em.simm_spline(*points) for points in (leg.KNEE_X, leg.KNEE_Y))
-    couple(mbs, "knee's sliding", knee, dict(enumerate(functions)))
+    couple(mbs, knee, dict(enumerate(functions)))
     mbs.Assemble()
     axes = {"hip_flexion": "rx", "hip_adduction": "ry", "hip_rotation": "rz"}
     tracked = {name: em.JointCoordinate(hip, axis) for name, axis in axes.items()}
