@@ -12,7 +12,7 @@ from exudyn.utilities import (
 
 import exudyn_muscles as em
 
-from ...runs import settings
+from ...runs import plugin_run, settings
 from .models import GRAVITY, LENGTH, SIZE, Arm
 from .test_runs import METHODS
 
@@ -154,6 +154,20 @@ def test_no_run_depends_on_the_contacts_of_the_one_before(form):
         one.mbs.SolveDynamic(settings(end=0.3), solverType=exu.DynamicSolverType.TrapezoidalIndex2)
         passive.append(np.array(one.mbs.systemData.GetODE2Coordinates()))
     np.testing.assert_array_equal(*passive)
+
+
+@FORMS
+def test_rejected_steps(form):
+    model, repeated = BUILD[form]("triangles"), iter(range(10**6))
+    model.mbs.SetPostNewtonUserFunction(
+        lambda mbs, t: [10.0, 0.004] if next(repeated) % 7 == 3 else [0.0, -1.0]
+    )
+    model.skeleton.set_initial_state(*DOWN(0.0)[:2])
+    plugin = em.CosimulationPlugin(model, DOWN)
+    result = plugin_run(model, plugin, settings(0.01, 0.5))
+    assert result.status is em.Status.COMPLETE
+    assert result.counts.rejected_steps > 5
+    assert result.tracking_error_rms()[0] < 3e-4
 
 
 def test_a_users_post_newton_function_is_called_by_exudyn_alone():
