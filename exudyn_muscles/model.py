@@ -97,10 +97,18 @@ class MusculoskeletalModel:
         dependent = _listed("dependent_coordinates", dependent_coordinates, DependentCoordinate)
         self.skeleton: Skeleton | GeneralSkeleton
         if isinstance(tree, Mapping):
-            if coordinates is not None or dependent:
+            if coordinates is not None:
                 raise ParameterError(
-                    "the tracked coordinates have their names and functions of their own: "
-                    "coordinates= and dependent_coordinates= are those of a kinematic tree"
+                    "the tracked coordinates have names of their own: coordinates= are those of a "
+                    "kinematic tree"
+                )
+            if dependent:
+                raise ParameterError(
+                    f"dependent_coordinates= of '{dependent[0].coordinate}' are those of a "
+                    "kinematic tree. Between bodies one coordinate follows another by a constraint "
+                    "of the mbs, added before mbs.Assemble(): a CoordinateConstraint between "
+                    "coordinates of nodes, or a CoordinateVectorConstraint with its equation and "
+                    "Jacobian as user functions, as docs/skeletons.md shows; track what is followed"
                 )
             self.skeleton = GeneralSkeleton(mbs, tree)
         else:

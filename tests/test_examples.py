@@ -99,5 +99,7 @@ def test_pedalling(run, tmp_path):
     variables, printed = run("09")
     assert np.degrees(variables["result"].tracking_error_rms()[0]) < 0.02
     assert 0.0 < variables["result"].max_constraint_drift < 2e-3
+    assert variables["closed"].max_constraint_drift < 1e-9
+    assert variables["closed"].tracking_error_rms()[0] < variables["result"].tracking_error_rms()[0]
     assert "largest gap in the loop" in printed
     assert (tmp_path / "out" / "pedalling.png").stat().st_size > 5000

@@ -16,11 +16,12 @@ from ..results.excitations import Excitations
 from ..results.recorder import Window
 from ..results.trajectory import Trajectory
 from ..simulation.run import simulate
+from ..simulation.settings import RunSettings
 from .unified import UnifiedPlugin, UnifiedState
 
 
 @dataclass(frozen=True, kw_only=True)
-class ForwardSettings:
+class ForwardSettings(RunSettings):
     """Settings of `forward_dynamics` and `ForwardPlugin`.
 
     Parameters
@@ -32,6 +33,7 @@ class ForwardSettings:
     step: float = 0.001
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check_step("step", self.step)
 
 
@@ -45,7 +47,9 @@ def forward_dynamics(
     """Simulate skeleton and muscles under given excitations.
 
     Starts at the excitations' `initial` state; without one, at the initial state of the `mbs` with
-    muscles in the steady state of the first excitations. A last incomplete step is left out.
+    muscles in the steady state of the first excitations. What is passive in a system of bodies
+    starts where it did in the run that the excitations are of, if this has the same coordinates,
+    and else where the `mbs` has it. A last incomplete step is left out.
 
     Parameters
     ----------
@@ -69,9 +73,15 @@ def forward_dynamics(
     """
     check_settings(settings, ForwardSettings)
     plugin = ForwardPlugin(model, excitations, settings, progress=progress)
-    initial = excitations.initial
+    initial, began, whole = excitations.initial, excitations.system, None
+    if began is not None and began.names == model.skeleton.system_names:
+        whole = began.coordinates, began.speeds
     return simulate(
-        plugin, settings.step, None if initial is None else initial[:2], modified_newton=True
+        plugin,
+        settings.step,
+        None if initial is None else initial[:2],
+        modified_newton=True,
+        whole=whole,
     )
 
 

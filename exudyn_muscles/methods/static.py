@@ -149,7 +149,7 @@ def static_optimization(
                     a, l_t, reserve, window = muscles.excite(recruited)
                     torque = recruited.recruitment.torque
                     counts.steps += 1
-                whole = skeleton.x, skeleton.drift
+                whole = skeleton.x, skeleton.x_t, skeleton.drift
                 point = q_d[n], v_d[n], a_d[n], *whole, a, l_t, torque
                 # The place itself may be a view of the current state.
                 record.add(Row(t, point, reserve, window, (*point[:2], *place[2:])))

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion, warn_of_angles
 from ..recruitment.settings import RecruitmentSettings, check_fit
+from ..simulation.settings import RunSettings
 from ..skeleton.opened import Dynamics
 
 # 1/h^2 of the shortest step: a larger kp would ask for more than any step can follow.
@@ -18,8 +19,8 @@ LARGEST_GAIN = 1e12
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrackingSettings(RecruitmentSettings):
-    """Feedback gains, common to CMC and co-simulation.
+class TrackingSettings(RunSettings, RecruitmentSettings):
+    """Feedback gains and more, common to CMC and co-simulation.
 
     Parameters
     ----------
@@ -33,7 +34,8 @@ class TrackingSettings(RecruitmentSettings):
     kv: float | Sequence[float] | None = None
 
     def __post_init__(self) -> None:
-        super().__post_init__()
+        RunSettings.__post_init__(self)
+        RecruitmentSettings.__post_init__(self)
         self._keep_each("kp", 0.0, LARGEST_GAIN, "1/s^2")
         if self.kv is not None:
             self._keep_each("kv", 0.0, LARGEST_GAIN, "1/s")

@@ -5,12 +5,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from ..errors import ParameterError, StorageError
 from ..files.storage import read_storage
 from ..forces.actuators import Actuator, actuator_names
+
+
+class SystemStart(NamedTuple):
+    """Where a whole system of bodies and joints began, what is passive with it: the `names` of its
+    N coordinates, x and x' (N,)."""
+
+    names: tuple[str, ...]
+    coordinates: np.ndarray
+    speeds: np.ndarray
+
+    @property
+    def known(self) -> bool:
+        """Whether there is such a system, and the result tells where it began."""
+        return bool(self.names) and bool(np.isfinite([self.coordinates, self.speeds]).all())
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +42,8 @@ class Excitations:
         Reserve torques at the windows' ends, linear in between [N m].
     initial : tuple of ndarray or None
         q (n,), q' (n,), a (m,) and l_t (m,) at the start, if known.
+    system : SystemStart or None
+        Of a system of bodies and joints, if known.
 
     Raises
     ------
@@ -38,6 +55,7 @@ class Excitations:
     values: np.ndarray
     reserves: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
     initial: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None = None
+    system: SystemStart | None = None
 
     def __post_init__(self) -> None:
         t, u = np.asarray(self.time, dtype=float), np.asarray(self.values, dtype=float)

@@ -124,6 +124,10 @@ QUANTITIES = (
         "x of a system of bodies and joints, as Exudyn has them; of a tree N is 0", since=4,
     ),
     Quantity(
+        "system_speeds", _POINTS, _SYSTEM, "rad/s, m/s or 1/s", 1e-5, _NONE,
+        "x' of it, as Exudyn has them", since=5,
+    ),
+    Quantity(
         "constraint_drift", _POINTS, None, "rad, m or 1", 1e-6, _NONE,
         "by how much the constraints of a system are violated at most; zero without",
         since=4, before=0.0,

@@ -25,8 +25,8 @@ SMALL_ARM = 1e-3
 
 # The fields of a trajectory that a row's point and its window have, in their order.
 POINT = (
-    "coordinates", "speeds", "accelerations", "system_coordinates", "constraint_drift",
-    "activations", "tendon_lengths", "torques_delivered",
+    "coordinates", "speeds", "accelerations", "system_coordinates", "system_speeds",
+    "constraint_drift", "activations", "tendon_lengths", "torques_delivered",
 )  # fmt: skip
 WINDOW = (
     "excitation_values", "torques_demanded", "torques_unmet", "force_min", "force_optimal",

@@ -11,7 +11,7 @@ import numpy as np
 
 from .comparison import Difference, first_difference
 from .counts import Counts, Status
-from .excitations import Excitations
+from .excitations import Excitations, SystemStart
 from .quantities import QUANTITIES, When, listing
 from .storing import read_fields, write_fields
 from .tracking import LOST, promised_errors, tracking_report
@@ -57,6 +57,7 @@ class Trajectory:
     speeds: np.ndarray
     accelerations: np.ndarray
     system_coordinates: np.ndarray
+    system_speeds: np.ndarray
     constraint_drift: np.ndarray
     activations: np.ndarray
     tendon_forces: np.ndarray
@@ -95,7 +96,14 @@ class Trajectory:
         """The excitations, with the start that belongs to them: `forward_dynamics` replays them."""
         q, v, a, l_t = self.coordinates, self.speeds, self.activations, self.tendon_lengths
         initial = (q[0], v[0], a[0], l_t[0])
-        return Excitations(self.window_time, self.excitation_values, self.reserves, initial)
+        whole = SystemStart(self.system_names, self.system_coordinates[0], self.system_speeds[0])
+        return Excitations(
+            self.window_time,
+            self.excitation_values,
+            self.reserves,
+            initial,
+            whole if whole.known else None,
+        )
 
     def tracking_errors(self) -> np.ndarray:
         """q_d - q, (T, n) [rad or m]."""

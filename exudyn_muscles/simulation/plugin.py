@@ -30,7 +30,6 @@ from ..motion import Motion
 from ..results.counts import Counts, Status
 from ..results.recorder import Recorder, Row, Window
 from ..results.trajectory import Trajectory
-from ..skeleton.base import ExudynSkeleton
 from ..skeleton.external_forces import check_external_forces
 from ..skeleton.hold import Hold, hold
 from ..skeleton.reading import original, raise_as_itself
@@ -43,7 +42,8 @@ from .ending import (
 )
 from .hooks import Hooks
 from .parameters import keep_parameters
-from .solver import put_back_solver, request_jacobian, running_solver
+from .settings import RunSettings
+from .solver import matrix_triplets, put_back_solver, request_jacobian, running_solver
 from .start import check_times, warn_of_distance
 from .state import RunState
 
@@ -67,7 +67,7 @@ class Plugin(ABC):
     model : MusculoskeletalModel
     start, end : float
         Time span that the plugin can serve [s].
-    settings : object
+    settings : RunSettings
         The method's frozen settings, stored with the result.
     motion : Motion, optional
         What is tracked, if anything.
@@ -77,7 +77,7 @@ class Plugin(ABC):
 
     method: str
     feeds_back = True  # the torque depends on the iterate, so that Newton's matrix has to know it
-    settings: object
+    settings: RunSettings
     motion: Motion | None
     state: RunState
 
@@ -86,7 +86,7 @@ class Plugin(ABC):
         model: MusculoskeletalModel,
         start: float,
         end: float,
-        settings: object,
+        settings: RunSettings,
         motion: Motion | None,
         progress: Progress | None,
     ) -> None:
@@ -225,7 +225,7 @@ class Plugin(ABC):
             "PostStep": partial(self._post_step, hooks),
         }
         if self.feeds_back or not self.skeleton.known_to_exudyn:
-            own["SystemJacobian"] = partial(self._system_jacobian, _triplets(self.skeleton))
+            own["SystemJacobian"] = partial(self._system_jacobian, matrix_triplets(self.skeleton))
         return own
 
     @property
@@ -317,7 +317,10 @@ class Plugin(ABC):
                 "this solver never asked for the muscles' torque: explicit solvers cannot be used"
             )
         state.open = False
-        self._add(t, *self.accept(state.t_0, t))
+        accepted = self.accept(state.t_0, t)
+        if self.settings.project_constraints and self.skeleton.project():
+            state.geometry = self.model.geometry(*self.skeleton.place)
+        self._add(t, *accepted)
         state.counts.steps += 1
         end = running_solver(mbs).it.endTime
         if t >= end - 1e-9 * max(1.0, abs(end)):
@@ -330,7 +333,7 @@ class Plugin(ABC):
         state, skeleton = self.state, self.skeleton
         place = skeleton.place
         current = place[0], place[1], skeleton.acceleration
-        whole = skeleton.x, skeleton.drift
+        whole = skeleton.x, skeleton.x_t, skeleton.drift
         point = *(x.copy() for x in current), *whole, state.a, state.l_t, skeleton.applied(place)
         state.record.add(Row(t, point, reserve, window, (*point[:2], *place[2:])))
 
@@ -350,11 +353,3 @@ class Plugin(ABC):
         self.ready((iteration.endTime - iteration.startTime) / iteration.numberOfSteps)
         algorithm = mbs.sys["simulationSettings"].timeIntegration.generalizedAlpha
         self.skeleton.settle(algorithm.useNewmark)
-
-
-def _triplets(skeleton: ExudynSkeleton) -> np.ndarray:
-    """Row, column and a place for the value of the tree's rows in the system's Newton matrix."""
-    data = skeleton.mbs.systemData
-    columns = np.arange(data.ODE2Size() + data.ODE1Size() + data.AEsize())
-    i, j = np.meshgrid(np.arange(skeleton.rows.start, skeleton.rows.stop), columns, indexing="ij")
-    return np.column_stack([i.ravel(), j.ravel(), np.zeros(i.size)])

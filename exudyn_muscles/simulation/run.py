@@ -39,9 +39,10 @@ def simulate(
     *,
     modified_newton: bool,
     end: float = math.inf,
+    whole: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Trajectory:
     """Run the plugin over its span, to `end` at most, in fixed steps from `initial` q, q', or the
-    mbs's own.
+    mbs's own; `whole` are all coordinates and speeds of the system there, if they are known.
 
     Modified Newton pays where the Newton matrix costs more than the torque.
     The initial state of the user's `mbs` is as before afterwards.
@@ -66,7 +67,9 @@ def simulate(
     settings.solution.sensors.writePeriod = step
     with hold(skeleton.mbs) as held:
         held.keep(partial(skeleton.set_initial_arrays, *skeleton.initial_arrays()))
-        if initial is not None:
+        if whole is not None:
+            skeleton.set_initial_arrays(*whole)
+        elif initial is not None:
             skeleton.set_initial_state(*initial)
         with plugin.attached_to(held):
             skeleton.mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2)

@@ -168,7 +168,7 @@ class ExudynSkeleton(ABC):
         """
 
     def snapshot(self) -> tuple[list[np.ndarray], float]:
-        """The system's current coordinates, speeds, accelerations and time."""
+        """The system's current coordinates, speeds, accelerations, data and time."""
         return State(self.mbs, self.rows).snapshot()
 
     def restore(self, snapshot: tuple[list[np.ndarray], float]) -> None:
@@ -204,8 +204,18 @@ class ExudynSkeleton(ABC):
 
     @property
     @abstractmethod
+    def x_t(self) -> np.ndarray:
+        """Their speeds (N,)."""
+
+    @property
+    @abstractmethod
     def drift(self) -> float:
         """By how much the constraints are violated at most there [rad, m or 1]."""
+
+    @abstractmethod
+    def project(self) -> bool:
+        """At the end of a step, move the current state to where the constraints are met, the
+        coordinates by the trapezoidal rule; False: there are no constraints."""
 
     @property
     @abstractmethod

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cached_property
 
 import exudyn as exu
 import numpy as np
@@ -61,16 +62,20 @@ class ConstrainedEquations:
 
     def matrix(self, stiffness: float = 0.0, damping: float = 0.0) -> np.ndarray:
         """[[M, G^T], [G, D]]; M with so much of the forces' slopes over x and x'."""
-        solver, mbs, n = self._solver, self._mbs, self._n
-        solver.ComputeJacobianODE2RHS(mbs, stiffness, damping, 0.0)
-        solver.ComputeJacobianAE(mbs, 1.0, 1.0, 0.0, False)  # rolling is of velocities alone
-        K = np.asarray(solver.GetSystemJacobian())
-        if K.shape[0] != self._kept.size:
-            K = K[np.ix_(self._kept, self._kept)]
-        solver.ComputeMassMatrix(mbs)
-        K[:n, :n] += solver.GetSystemMassMatrix()
+        n, K = self._n, self._jacobian(stiffness, damping, 1.0)
+        self._solver.ComputeMassMatrix(self._mbs)
+        K[:n, :n] += self._solver.GetSystemMassMatrix()
         K[:n, n:] = K[n:, :n].T
         return K
+
+    def _jacobian(self, stiffness: float, damping: float, of_positions: float) -> np.ndarray:
+        """Slopes of the forces, with these factors, and of constraints; rolling is of velocities
+        alone, and where G of positions is left out only it remains."""
+        solver, mbs = self._solver, self._mbs
+        solver.ComputeJacobianODE2RHS(mbs, stiffness, damping, 0.0)
+        solver.ComputeJacobianAE(mbs, of_positions, 1.0, 0.0, False)
+        K = np.asarray(solver.GetSystemJacobian())
+        return K if K.shape[0] == self._kept.size else K[np.ix_(self._kept, self._kept)]
 
     @contextmanager
     def free(self) -> Iterator[None]:
@@ -88,9 +93,18 @@ class ConstrainedEquations:
         return np.asarray(self._solver.GetSystemResidual())[: self._n]
 
     def lacking(self, velocity: bool) -> np.ndarray:
-        """What the constraints lack, at position or velocity level, where the system is `free`."""
+        """What the constraints lack, at position or velocity level, where the system is `free`.
+
+        Those of velocities alone, as of rolling, ask for nothing at position level.
+        """
         self._solver.ComputeAlgebraicEquations(self._mbs, velocity)
-        return np.asarray(self._solver.GetSystemResidual())[self._algebraic]
+        lack = np.asarray(self._solver.GetSystemResidual())[self._algebraic]
+        return lack if velocity else np.where(self._of_velocities, 0.0, lack)
+
+    @cached_property
+    def _of_velocities(self) -> np.ndarray:
+        """Which equations (c,) are of velocities alone."""
+        return np.asarray(self._jacobian(0.0, 0.0, 0.0)[self._n :, : self._n].any(axis=1))
 
     def demanded(self) -> np.ndarray:
         """gamma, the accelerations that constraints ask for, where the system is `free`."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..errors import ModelError
 from .constrained import ConstrainedEquations, solved
+from .contacts import Contacts
 from .state import State
 
 
@@ -59,6 +60,7 @@ class Opened:
     ----------
     rows : slice
     state : State
+    contacts : Contacts
     """
 
     def __init__(self, mbs: exu.MainSystem, tree: int, rows: slice, known_to_exudyn: bool) -> None:
@@ -72,6 +74,7 @@ class Opened:
         self._solver = exu.MainSolverImplicitSecondOrder()
         self._solver.InitializeSolver(mbs, settings)
         self.state = State(mbs, rows)
+        self.contacts = Contacts(mbs, self._solver, settings, self.state)
         self._set = mbs.SetObjectParameter
         torque = mbs.GetObjectParameter(tree, "jointForceVector")
         self._user_torque = np.zeros(self.state.q.size) + (torque if np.size(torque) else 0.0)

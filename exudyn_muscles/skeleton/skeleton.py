@@ -24,7 +24,7 @@ from .dependent import Dependent
 from .geometry import Geometry, compile_columns, compile_geometry
 from .hold import Hold, hold
 from .independent import Independent
-from .opened import Dynamics, NotOpen, Opened, State
+from .opened import Dynamics, NotOpen, Opened
 from .reading import check_assembled, check_unconstrained, original, raise_as_itself, read_tree
 from .shown import Sticks, coordinates_shown, tree_sticks
 from .tree import PRISMATIC, tree_frames
@@ -182,6 +182,7 @@ class Skeleton(ExudynSkeleton):
         try:
             self._opened = Opened(self.mbs, self.object, self.rows, self.basis.known_to_exudyn)
             held.keep(self._opened.leave)
+            self._opened.contacts.begin(held)
             self._check_mass_matrix()
         except exu.ExudynError as error:
             raise_as_itself(original(error), error)
@@ -230,8 +231,15 @@ class Skeleton(ExudynSkeleton):
         return NO_COORDINATES
 
     @property
+    def x_t(self) -> np.ndarray:
+        return NO_COORDINATES
+
+    @property
     def drift(self) -> float:
         return 0.0
+
+    def project(self) -> bool:
+        return False
 
     @property
     def place(self) -> tuple:
@@ -243,30 +251,37 @@ class Skeleton(ExudynSkeleton):
 
     def dynamics_within(self, q: np.ndarray, v: np.ndarray, t: float) -> Dynamics:
         """As `dynamics_at`, at a time within the step that leads to the current state, with
-        everything else on its cubic over the step."""
-        return self._dynamics_elsewhere(q, v, t, State.go_back_to if self.others else None)
-
-    def _dynamics_there(self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool) -> Dynamics:
-        return self._dynamics_elsewhere(q, v, t, State.go_on_until if ahead else None)
-
-    def _dynamics_elsewhere(
-        self,
-        q: np.ndarray,
-        v: np.ndarray,
-        t: float,
-        all_go: Callable[[State, float], None] | None,
-    ) -> Dynamics:
+        everything else on its cubic over the step and contacts as they are at its end."""
         state = self._opened.state
         before = state.snapshot()
         try:
-            if all_go is not None:
-                all_go(state, t)
-            self.go_to(q, v, t)
+            if self.others:
+                state.go_back_to(t)
+            self._place(q, v, t)
             return Dynamics(*self.basis.dynamics(self._opened), (q, v))
         finally:
             state.restore(before)
 
+    def _dynamics_there(self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool) -> Dynamics:
+        state, contacts = self._opened.state, self._opened.contacts
+        before = state.snapshot()
+        try:
+            if ahead:
+                state.go_on_until(t)
+            self._place(q, v, t)
+            if ahead:
+                contacts.settle_ahead(before[1])
+            return Dynamics(*self.basis.dynamics(self._opened), (q, v))
+        finally:
+            state.restore(before)
+            if ahead:
+                contacts.settle_at_start()
+
     def go_to(self, q: np.ndarray, v: np.ndarray, t: float) -> None:
+        self._place(q, v, t)
+        self._opened.contacts.settle()
+
+    def _place(self, q: np.ndarray, v: np.ndarray, t: float) -> None:
         state = self._opened.state
         state.q[:], state.v[:] = self.state_of_tree(q, v)
         self.mbs.systemData.SetTime(t)

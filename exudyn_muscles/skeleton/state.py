@@ -29,6 +29,8 @@ class State:
         The tree's part of the current ones.
     start : tuple of three (N,) ndarray
         Its part of those at the start of the step.
+    data : (k,) ndarray
+        The system's data coordinates, as of contacts.
     """
 
     def __init__(self, mbs: exu.MainSystem, rows: slice) -> None:
@@ -42,15 +44,17 @@ class State:
         )
         self.q, self.v, self.a = (array[rows] for array in self.current)
         self.start = tuple(array[rows] for array in self.at_start)
+        self.data = self._data.GetSystemStateDict(reference=True)["dataCoords"]
+        self._whole = (*self.current, self.data) if self.data.size else self.current
 
     def snapshot(self) -> tuple[list[np.ndarray], float]:
-        """The system's current coordinates, speeds, accelerations and time."""
-        return [array.copy() for array in self.current], self._data.GetTime()
+        """The system's current coordinates, speeds, accelerations, data and time."""
+        return [array.copy() for array in self._whole], self._data.GetTime()
 
     def restore(self, snapshot: tuple[list[np.ndarray], float]) -> None:
         """Put a snapshot back."""
         arrays, time = snapshot
-        for array, values in zip(self.current, arrays, strict=True):
+        for array, values in zip(self._whole, arrays, strict=True):
             array[:] = values
         self._data.SetTime(time)
 

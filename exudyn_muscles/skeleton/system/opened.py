@@ -18,6 +18,7 @@ import numpy as np
 
 from ...errors import ModelError, SimulationError
 from ..constrained import ConstrainedEquations, short_time, solved
+from ..contacts import Contacts
 from ..opened import Dynamics
 from ..state import State
 from .frame_list import FrameList
@@ -52,6 +53,7 @@ class OpenedSystem:
     Attributes
     ----------
     state : State
+    contacts : Contacts
     """
 
     def __init__(
@@ -73,6 +75,7 @@ class OpenedSystem:
         self._solver.InitializeSolver(mbs, settings)
         n = self._data.ODE2Size()
         self.state = State(mbs, slice(0, n))
+        self.contacts = Contacts(mbs, self._solver, settings, self.state)
         self._equations = ConstrainedEquations(mbs, self._solver, self.state)
         self._tables, self._R, self._p = frames.tables()
         self._markers, self._tracked = frames.markers, tracked
@@ -177,6 +180,11 @@ class OpenedSystem:
         right[:n] = M @ np.column_stack([dx, dv])
         right[n:, 0] = K[n:, :n] @ dx
         return self._solved(K, right).T
+
+    @property
+    def constrained(self) -> bool:
+        """Whether there are constraints."""
+        return self._equations.number > 0
 
     @property
     def directions(self) -> int:

@@ -160,6 +160,7 @@ class GeneralSkeleton(ExudynSkeleton):
         try:
             self._opened = self._system(near)
             held.keep(self._opened.leave)
+            self._opened.contacts.begin(held)
         except exu.ExudynError as error:
             raise_as_itself(original(error), error)
 
@@ -202,8 +203,27 @@ class GeneralSkeleton(ExudynSkeleton):
         return self.now.state.q.copy()
 
     @property
+    def x_t(self) -> np.ndarray:
+        return self.now.state.v.copy()
+
+    @property
     def drift(self) -> float:
         return float(np.abs(self.now.equations(velocity=False)).max(initial=0.0))
+
+    def project(self) -> bool:
+        # The rule that Exudyn applies to x is exact to another order on what x is constrained to:
+        # left as it is, z would not be the integral of its rate there.
+        now, data = self.now, self.mbs.systemData
+        if not now.constrained:
+            return False
+        t = data.GetTime()
+        h = t - data.GetTime(exu.ConfigurationType.StartOfStep)
+        q_0, v_0, a_0 = self.start
+        now.state.a[:] = now.accelerations(now.load)
+        v = v_0 + 0.5 * h * (a_0 + self.acceleration)
+        now.go_to(q_0 + 0.5 * h * (v_0 + v), v, t)
+        now.state.a[:] = now.accelerations(now.load)
+        return True
 
     @property
     def place(self) -> tuple:
@@ -229,19 +249,24 @@ class GeneralSkeleton(ExudynSkeleton):
         return self.now.dynamics()
 
     def _dynamics_there(self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool) -> Dynamics:
-        state = self.now.state
-        before = state.snapshot()
+        now = self.now
+        before = now.state.snapshot()
         try:
             if ahead:
-                self.now.go_ahead(t)
-            self.go_to(q, v, t)
+                now.go_ahead(t)
+            now.go_to(q, v, t)
+            if ahead:
+                now.contacts.settle_ahead(before[1])
             return self.dynamics()
         finally:
-            state.restore(before)
-            self.now.pose()
+            now.state.restore(before)
+            if ahead:
+                now.contacts.settle_at_start()
+            now.pose()
 
     def go_to(self, q: np.ndarray, v: np.ndarray, t: float) -> None:
         self.now.go_to(q, v, t)
+        self.now.contacts.settle()
 
     # All coordinates within a step.
 

@@ -68,7 +68,7 @@ def as_bodies(model, node_type=EULER):
             )
         )
     mbs.Assemble()
-    muscles = [_moved(muscle, bodies) for muscle in model.muscles]
+    muscles = [moved(muscle, bodies) for muscle in model.muscles]
     reserves = [
         one if isinstance(one, em.Reserve) else dataclasses.replace(one, link=bodies[one.link])
         for one in model.reserves
@@ -80,7 +80,7 @@ def _offset(c):
     return c @ c * np.eye(3) - np.outer(c, c)
 
 
-def _moved(muscle, bodies):
+def moved(muscle, bodies):
     def on(item):
         return item if item.link < 0 else dataclasses.replace(item, link=bodies[item.link])
 

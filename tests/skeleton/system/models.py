@@ -140,3 +140,22 @@ def exudyns_accelerations(model, load):
     mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2)
     mbs.SetPostStepUserFunction(0)
     return found[0]
+
+
+def sized(paths, sizes):
+    """Strong muscles on these paths, with sizes as of `sizes_along`."""
+    return [
+        em.Muscle(
+            f"m{i}", path=path, max_isometric_force=2000.0, optimal_fiber_length=fiber,
+            tendon_slack_length=tendon,
+        )
+        for i, (path, (fiber, tendon)) in enumerate(zip(paths, sizes, strict=True))
+    ]  # fmt: skip
+
+
+def sizes_along(model, motion):
+    """Optimal fibre and tendon slack lengths (m, 2) that suit the paths in a motion."""
+    poses = motion(np.linspace(motion.start, motion.end, 11))[0]
+    rest = np.zeros(len(model.coordinates))
+    lengths = np.array([model.geometry(q, rest).length for q in poses])
+    return np.column_stack([0.5 * lengths.max(axis=0), 0.4 * lengths.min(axis=0)])

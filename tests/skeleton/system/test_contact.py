@@ -7,6 +7,8 @@ from exudyn.utilities import InertiaCuboid
 
 import exudyn_muscles as em
 
+from .test_runs import METHODS
+
 THIGH = SHANK = 0.45  # m
 HIP = THIGH + SHANK
 RADIUS, SINKING = 0.02, 0.003  # m, of the feet
@@ -101,3 +103,29 @@ def test_contact(driven):
     else:
         # Nobody tracks the base: it goes where legs and ground take it.
         assert 1e-4 < np.abs(height - wanted).max() < 0.02
+
+
+@pytest.mark.parametrize("method", ["css", "cmc", "static"])
+def test_contact_where_a_method_evaluates_it_apart(method):
+    """At predicted states, along a motion and at the start, feet carry what they carry there."""
+    built = model(True)
+    result = METHODS[method](built, squat(True))
+    assert result.status is em.Status.COMPLETE
+    assert result.max_unmet_torque == 0.0
+    assert np.degrees(result.tracking_error_rms()).max() < 0.5
+    vertical = np.abs(result.reserves[:, 1])
+    assert vertical[0] < 1e-4 * WEIGHT
+    assert vertical.mean() < 0.2 * WEIGHT
+    # Contacts are open again, as they were given, for whatever comes next.
+    data = built.mbs.systemData
+    initial = exu.ConfigurationType.Initial
+    assert not np.any(data.GetDataCoordinates(configuration=initial))
+    np.testing.assert_array_equal(
+        METHODS[method](built, squat(True)).excitation_values, result.excitation_values
+    )
+
+
+def test_computed_muscle_control_with_a_base_that_nobody_tracks():
+    result = METHODS["cmc"](model(False), squat(False))
+    assert result.status is em.Status.COMPLETE
+    assert np.degrees(result.tracking_error_rms()).max() < 0.5

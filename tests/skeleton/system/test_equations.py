@@ -173,5 +173,11 @@ def muscle_size():
 
 def test_trees_options_are_not_those_of_systems():
     arm = Arm()
-    with pytest.raises(em.ParameterError, match="are those of a kinematic tree"):
-        em.MusculoskeletalModel(arm.mbs, {"elbow": arm.elbow}, arm.muscles(), coordinates=["elbow"])
+    tracked = {"elbow": arm.elbow}
+    with pytest.raises(em.ParameterError, match="coordinates= are those of a kinematic tree"):
+        em.MusculoskeletalModel(arm.mbs, tracked, arm.muscles(), coordinates=["elbow"])
+    follows = em.DependentCoordinate("slide", of="elbow", function=em.linear_function(0.5))
+    with pytest.raises(
+        em.ParameterError, match=r"of 'slide' .*CoordinateVectorConstraint.* docs/skeletons\.md"
+    ):
+        em.MusculoskeletalModel(arm.mbs, tracked, arm.muscles(), dependent_coordinates=[follows])
