@@ -18,6 +18,7 @@ import numpy as np
 from ..checks import check_link_exists
 from ..errors import ModelError
 from ..path.paths import Paths
+from .ahead import Rule
 from .base import ExudynSkeleton, Mounted
 from .coupling import DependentCoordinate
 from .dependent import Dependent
@@ -241,11 +242,16 @@ class Skeleton(ExudynSkeleton):
         M, bias = self.basis.dynamics(self._opened)
         return Dynamics(M, bias, self.place)
 
-    def _dynamics_there(self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool) -> Dynamics:
+    def dynamics_held(self) -> Dynamics:
+        return self.dynamics()
+
+    def _dynamics_there(
+        self, q: np.ndarray, v: np.ndarray, t: float, ahead: Rule | None
+    ) -> Dynamics:
         state = self._opened.state
         before = state.snapshot()
         try:
-            if ahead:
+            if ahead is not None:
                 state.go_on_until(t)
             self.go_to(q, v, t)
             return Dynamics(*self.basis.dynamics(self._opened), (q, v))

@@ -17,6 +17,7 @@ import exudyn as exu
 import numpy as np
 
 from ...errors import ModelError, SimulationError
+from ..ahead import TRAPEZOIDAL, Rule
 from ..constrained import ConstrainedEquations, short_time, solved
 from ..opened import Dynamics
 from ..state import State
@@ -32,6 +33,10 @@ CLOSE = 1e-12  # m or rad, of poses; Newton's method squares it once more
 # that poses there are approached by a factor in every iteration only.
 CLOSE_ENOUGH, ENOUGH_ITERATIONS, MOST_ITERATIONS = 1e-8, 20, 300
 FARTHEST = 0.5  # rad or m, of one iteration towards a pose
+# As poses follow each other, passive directions that swing within this time keep their place [s].
+# Longer, and the gravity of what stands on its head, g / l at l = 0.1 m, would weigh against its
+# mass; shorter, and the modes of a flexible body would give way.
+SWING = 0.03
 
 
 class OpenedSystem:
@@ -52,6 +57,8 @@ class OpenedSystem:
     Attributes
     ----------
     state : State
+    passive : int
+        Number of directions in which it moves besides.
     """
 
     def __init__(
@@ -83,6 +90,7 @@ class OpenedSystem:
         if near is not None:
             self._turns[:] = near
         self._turns[:] = self.pose().z
+        self.passive = self.directions - len(names)
 
     # Kinematics.
 
@@ -148,17 +156,61 @@ class OpenedSystem:
 
     def dynamics(self) -> Dynamics:
         """M_z and H_z - Q_z at the current state."""
-        pose, n = self.pose(), self.state.q.size
-        K = self._equations.matrix()
-        right = np.zeros((K.shape[0], 1 + len(self._names)))
         with self._equations.free():
-            right[:n, 0], right[n:, 0] = self._acting(), self._equations.demanded()
-        right[:n, 1:] = pose.T.T
-        response = self._solved(K, right)
-        M = _inverse(pose.T @ response[:, 1:])
-        bias = -M @ (pose.T @ response[:, 0] + self.rate(pose))
-        B = response[:, 1:] @ M
-        return Dynamics(M, bias, (pose.z, pose.T @ pose.x_t, pose, B, K[:n, :n] @ B))
+            acting = self._acting()
+        return self._responding(self._equations.matrix(), acting)
+
+    def dynamics_ahead(self, q: np.ndarray, v: np.ndarray, t: float, rule: Rule) -> Dynamics:
+        """M_z and H_z - Q_z where the state at the start of the step leads and z, z' are `q`, `v`.
+
+        What is passive responds as in a step of the rule, in which M has the slopes of forces with
+        it. At once it would respond by its mass alone: muscles would be asked to drive flexible
+        modes at their own frequencies, which forces that are held over the step cannot, and which
+        between two points of a body would be unstable even if they could.
+        """
+        if not self.passive:
+            self.go_to(q, v, t)
+            return self.dynamics()
+        h = t - self._data.GetTime(exu.ConfigurationType.StartOfStep)
+        acting, x_tt = self._go_ahead(h, t, rule)
+        self.go_to(q, v, t)
+        K, n = self._stiff(h, rule), x_tt.size
+        if rule is not TRAPEZOIDAL:  # which takes Exudyn's own step; others take what is there
+            with self._equations.free():
+                acting = self._acting() + (K - self._equations.matrix())[:n, :n] @ x_tt
+        return self._responding(K, acting)
+
+    def dynamics_held(self) -> Dynamics:
+        """M_z and H_z - Q_z at the current state where passive directions are held, as `go_to`
+        takes them from pose to pose."""
+        pose, n = self.pose(), self.state.q.size
+        M = self._equations.matrix()[:n, :n]
+        with self._equations.free():
+            acting, demanded = self._acting(), self._equations.demanded()
+        c, W = self._responses(self._between_poses(), pose, np.append(np.zeros(n), demanded))
+        B = W @ np.linalg.inv(pose.T @ W)
+        c = c - B @ (pose.T @ c + self.rate(pose))
+        return _at(pose, B.T @ M @ B, B.T @ (M @ c - acting), B, M @ B)
+
+    def _responding(self, K: np.ndarray, acting: np.ndarray) -> Dynamics:
+        """M_z and H_z - Q_z of the equations with the matrix K and forces (N,)."""
+        pose, n = self.pose(), self.state.q.size
+        with self._equations.free():
+            right = np.append(acting, self._equations.demanded())
+        x_tt, W = self._responses(K, pose, right)
+        M = _inverse(pose.T @ W)
+        bias = -M @ (pose.T @ x_tt + self.rate(pose))
+        B = W @ M
+        return _at(pose, M, bias, B, K[:n, :n] @ B)
+
+    def _responses(
+        self, K: np.ndarray, pose: Pose, right: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """x'' parts (N,) of the solution for a right-hand side (N + c,), and W (N, n)."""
+        sides = np.zeros((K.shape[0], 1 + len(self._names)))
+        sides[:, 0], sides[: self.state.q.size, 1:] = right, pose.T.T
+        response = self._solved(K, sides)
+        return response[:, 0], response[:, 1:]
 
     def accelerations(self, load: np.ndarray) -> np.ndarray:
         """x'' (N,) at the current state under a further load (N,)."""
@@ -220,36 +272,42 @@ class OpenedSystem:
         lack = self.equations(velocity=True)
         state.v[:] += self._towards(pose, lack, v - pose.T @ state.v)
 
-    def go_ahead(self, t: float) -> None:
-        """Put the system where the state at the start of the step leads with the load held.
+    def _go_ahead(self, h: float, t: float, rule: Rule) -> tuple[np.ndarray, np.ndarray]:
+        """Put the system where the state at the start of the step leads with the load held, by one
+        linearly implicit step of a rule; returns Q - H (N,) before x'' at its end comes into it,
+        and this x''.
 
-        By one linearly implicit step of the trapezoidal rule, which is of second order and lets
-        fast passive directions come to rest; extrapolated they would leave all bounds.
+        Extrapolated, fast passive directions would leave all bounds.
         """
         state = self.state
-        h = t - self._data.GetTime(exu.ConfigurationType.StartOfStep)
         for array, values in zip(state.current, state.at_start, strict=True):
             array[:] = values
-        K = self._equations.matrix(-0.25 * h * h, -0.5 * h)
+        K = self._stiff(h, rule)
         _, v_0, a_0 = state.at_start
-        self._equations.advance(h * v_0 + 0.25 * h * h * a_0)
-        state.v[:] = v_0 + 0.5 * h * a_0
+        self._equations.advance(h * v_0 + rule.x_0 * h * h * a_0)
+        state.v[:] = v_0 + rule.v_0 * h * a_0
         self._data.SetTime(t)
         with self._equations.free():
-            right = np.append(
-                self._acting() + self._load, -2.0 / h * self._equations.lacking(velocity=True)
-            )
+            acting, lack = self._acting(), self._equations.lacking(velocity=True)
+        right = np.append(acting + self._load, -lack / (rule.v_1 * h))
         a_1 = self._solved(K, right[:, None])[:, 0]
-        self._equations.advance(0.25 * h * h * a_1)
-        state.v[:] += 0.5 * h * a_1
+        self._equations.advance(rule.x_1 * h * h * a_1)
+        state.v[:] += rule.v_1 * h * a_1
+        return acting, a_1
+
+    def _stiff(self, h: float, rule: Rule) -> np.ndarray:
+        """[[M, G^T], [G, D]] as one step of a rule has it, x'' at its end being unknown."""
+        return self._equations.matrix(-rule.x_1 * h * h, -rule.v_1 * h)
+
+    def _between_poses(self) -> np.ndarray:
+        """The same as poses follow each other: passive directions resist by what they are stiff."""
+        return self._equations.matrix(-SWING * SWING if self.passive else 0.0)
 
     def _towards(self, pose: Pose, lack: np.ndarray, away: np.ndarray) -> np.ndarray:
-        """The step (N,) of least M-norm that takes what is lacking off and z `away` (n,) on."""
-        K, n = self._equations.matrix(), self.state.q.size
-        right = np.zeros((K.shape[0], 1 + away.size))
-        right[n:, 0], right[:n, 1:] = -lack, pose.T.T
-        response = self._solved(K, right)
-        back, W = response[:, 0], response[:, 1:]
+        """The step (N,) that takes what is lacking off and z `away` (n,) on; of least M-norm, with
+        the stiffness of passive directions in it."""
+        right = np.append(np.zeros(self.state.q.size), -lack)
+        back, W = self._responses(self._between_poses(), pose, right)
         return back + W @ np.linalg.solve(pose.T @ W, away - pose.T @ back)
 
     # In a run.
@@ -267,6 +325,12 @@ class OpenedSystem:
     def leave(self) -> None:
         """Give the system back without them."""
         self.apply(np.zeros(self._load.size))
+
+
+def _at(
+    pose: Pose, M: np.ndarray, bias: np.ndarray, B: np.ndarray, momenta: np.ndarray
+) -> Dynamics:
+    return Dynamics(M, bias, (pose.z, pose.T @ pose.x_t, pose, B, momenta))
 
 
 def _inverse(matrix: np.ndarray) -> np.ndarray:

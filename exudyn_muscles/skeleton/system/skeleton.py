@@ -12,6 +12,7 @@ import numpy as np
 
 from ...errors import ModelError, ParameterError
 from ...path.paths import Paths
+from ..ahead import Rule
 from ..base import ExudynSkeleton, Mounted
 from ..geometry import Geometry
 from ..hold import Hold, hold
@@ -98,7 +99,7 @@ class GeneralSkeleton(ExudynSkeleton):
     @property
     def others(self) -> int:
         with self._apart(None) as system:
-            return system.directions - len(self)
+            return system.passive
 
     def state_of_tree(self, *state: np.ndarray) -> tuple[np.ndarray, ...]:
         return state
@@ -227,12 +228,17 @@ class GeneralSkeleton(ExudynSkeleton):
     def dynamics(self) -> Dynamics:
         return self.now.dynamics()
 
-    def _dynamics_there(self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool) -> Dynamics:
+    def dynamics_held(self) -> Dynamics:
+        return self.now.dynamics_held()
+
+    def _dynamics_there(
+        self, q: np.ndarray, v: np.ndarray, t: float, ahead: Rule | None
+    ) -> Dynamics:
         state = self.now.state
         before = state.snapshot()
         try:
-            if ahead:
-                self.now.go_ahead(t)
+            if ahead is not None:
+                return self.now.dynamics_ahead(q, v, t, ahead)
             self.go_to(q, v, t)
             return self.dynamics()
         finally:
