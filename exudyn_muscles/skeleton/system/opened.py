@@ -18,25 +18,16 @@ import numpy as np
 
 from ...errors import ModelError, SimulationError
 from ..ahead import TRAPEZOIDAL, Rule
-from ..constrained import ConstrainedEquations, short_time, solved
+from ..constrained import ConstrainedEquations, Factors, short_time
 from ..opened import Dynamics
 from ..state import State
 from .frame_list import FrameList
 from .frames import Frames
 from .geometry import Pose
 from .measuring import measure_pose, rate_along
+from .poses import Poses
 from .singular import check_mobility, explain_singular
 from .tracked_rows import TrackedRows
-
-CLOSE = 1e-12  # m or rad, of poses; Newton's method squares it once more
-# Exudyn's Jacobian of a joint on a flexible body leaves out how its frame turns with the modes, so
-# that poses there are approached by a factor in every iteration only.
-CLOSE_ENOUGH, ENOUGH_ITERATIONS, MOST_ITERATIONS = 1e-8, 20, 300
-FARTHEST = 0.5  # rad or m, of one iteration towards a pose
-# As poses follow each other, passive directions that swing within this time keep their place [s].
-# Longer, and the gravity of what stands on its head, g / l at l = 0.1 m, would weigh against its
-# mass; shorter, and the modes of a flexible body would give way.
-SWING = 0.03
 
 
 class OpenedSystem:
@@ -87,10 +78,14 @@ class OpenedSystem:
         self._turns = np.zeros(len(names))
         self._object, self._order = forces
         self._load = np.zeros(n)
+        self._last: list = []  # x, x', t of the last `dynamics`, and its place
         if near is not None:
             self._turns[:] = near
         self._turns[:] = self.pose().z
-        self.passive = self.directions - len(names)
+        self.passive = self._directions() - len(names)
+        self._poses = Poses(
+            self._equations, self._factors, self.state, self._pose, names, self.passive > 0
+        )
 
     # Kinematics.
 
@@ -139,16 +134,18 @@ class OpenedSystem:
 
     def equations(self, velocity: bool) -> np.ndarray:
         """What the constraints lack, at position or velocity level."""
-        with self._equations.free():
-            return self._equations.lacking(velocity)
+        return self._equations.lacking_now(velocity)
 
     def _solved(self, K: np.ndarray, right: np.ndarray) -> np.ndarray:
         """x'' parts (N, k) of the solutions for right-hand sides (N + c, k)."""
-        solution = solved(K, right)
-        if solution is None:
+        return self._factors(K).solve(right)[: self.state.q.size]
+
+    def _factors(self, K: np.ndarray) -> Factors:
+        found = Factors.of(K)
+        if found is None:
             explain_singular(self._mbs, K, self.state.q.size)
             raise SimulationError(f"the equations of motion are singular at q = {self.pose().z}")
-        return solution[: self.state.q.size]
+        return found
 
     def _acting(self) -> np.ndarray:
         """Q - H (N,) without the muscles' load, where the equations are free."""
@@ -158,7 +155,19 @@ class OpenedSystem:
         """M_z and H_z - Q_z at the current state."""
         with self._equations.free():
             acting = self._acting()
-        return self._responding(self._equations.matrix(), acting)
+        there = self._responding(self._equations.matrix(), acting)
+        self._last[:] = *self._now(), there.place
+        return there
+
+    @property
+    def place(self) -> tuple:
+        """What geometry is computed from at the current state, and the directions B there."""
+        if self._last and all(map(np.array_equal, self._now(), self._last)):
+            return self._last[-1]  # of an accepted step, where the last iterate was
+        return self.dynamics().place
+
+    def _now(self) -> tuple:
+        return self.state.q.copy(), self.state.v.copy(), self._data.GetTime()
 
     def dynamics_ahead(self, q: np.ndarray, v: np.ndarray, t: float, rule: Rule) -> Dynamics:
         """M_z and H_z - Q_z where the state at the start of the step leads and z, z' are `q`, `v`.
@@ -187,9 +196,8 @@ class OpenedSystem:
         M = self._equations.matrix()[:n, :n]
         with self._equations.free():
             acting, demanded = self._acting(), self._equations.demanded()
-        c, W = self._responses(self._between_poses(), pose, np.append(np.zeros(n), demanded))
-        B = W @ np.linalg.inv(pose.T @ W)
-        c = c - B @ (pose.T @ c + self.rate(pose))
+        heading = self._poses.heading(pose.T)
+        B, c = heading.B, heading.towards(pose.T, -demanded, -self.rate(pose))
         return _at(pose, B.T @ M @ B, B.T @ (M @ c - acting), B, M @ B)
 
     def _responding(self, K: np.ndarray, acting: np.ndarray) -> Dynamics:
@@ -219,8 +227,7 @@ class OpenedSystem:
             right = np.append(self._acting() + load, self._equations.demanded())
         return self._solved(K, right[:, None])[:, 0]
 
-    @property
-    def directions(self) -> int:
+    def _directions(self) -> int:
         """In how many the constraints let the system move."""
         n = self.state.q.size
         G = self._equations.matrix()[n:, :n]
@@ -234,7 +241,9 @@ class OpenedSystem:
             raise ModelError(
                 "the mass matrix is not finite: check masses and inertias of the bodies"
             )
-        explain_singular(self._mbs, K, n)
+        factors = Factors.of(K)
+        if factors is None or factors.may_be_singular(K):
+            explain_singular(self._mbs, K, n)
         right = np.zeros((K.shape[0], len(T)))
         right[:n] = T.T
         check_mobility(self._names, T, self._solved(K, right))
@@ -250,27 +259,17 @@ class OpenedSystem:
         ModelError
             There is none; names the coordinate.
         """
-        state = self.state
         self._data.SetTime(t)
-        for turn in range(MOST_ITERATIONS):
-            pose = self._pose(q)
-            lack, away = self.equations(velocity=False), q - pose.z
-            step = self._towards(pose, lack, away)
-            off = max(np.abs(lack).max(initial=0.0), np.abs(away).max())
-            still = np.abs(step).max() <= CLOSE * max(1.0, np.abs(pose.x).max())
-            if still or off <= (CLOSE if turn < ENOUGH_ITERATIONS else CLOSE_ENOUGH):
-                break
-            step *= min(1.0, FARTHEST / np.abs(step).max())
-            self._equations.advance(step)
-        else:
-            j = int(np.abs(away).argmax())
-            raise ModelError(
-                f"coordinate '{self._names[j]}' = {q[j]:.6g}: the constraints of the mbs leave no "
-                f"pose there at t = {t:g} s; the nearest found has {pose.z[j]:.6g}"
-            )
+        pose = self._poses.find(q, t)
         self._turns[:] = q
-        lack = self.equations(velocity=True)
-        state.v[:] += self._towards(pose, lack, v - pose.T @ state.v)
+        self._poses.speed(pose.T, v)
+
+    def rest_at(self, q: np.ndarray, t: float) -> Pose:
+        """The pose of `go_to`, for which speeds do not matter."""
+        self._data.SetTime(t)
+        pose = self._poses.find(q, t)
+        self._turns[:] = q
+        return pose
 
     def _go_ahead(self, h: float, t: float, rule: Rule) -> tuple[np.ndarray, np.ndarray]:
         """Put the system where the state at the start of the step leads with the load held, by one
@@ -298,17 +297,6 @@ class OpenedSystem:
     def _stiff(self, h: float, rule: Rule) -> np.ndarray:
         """[[M, G^T], [G, D]] as one step of a rule has it, x'' at its end being unknown."""
         return self._equations.matrix(-rule.x_1 * h * h, -rule.v_1 * h)
-
-    def _between_poses(self) -> np.ndarray:
-        """The same as poses follow each other: passive directions resist by what they are stiff."""
-        return self._equations.matrix(-SWING * SWING if self.passive else 0.0)
-
-    def _towards(self, pose: Pose, lack: np.ndarray, away: np.ndarray) -> np.ndarray:
-        """The step (N,) that takes what is lacking off and z `away` (n,) on; of least M-norm, with
-        the stiffness of passive directions in it."""
-        right = np.append(np.zeros(self.state.q.size), -lack)
-        back, W = self._responses(self._between_poses(), pose, right)
-        return back + W @ np.linalg.solve(pose.T @ W, away - pose.T @ back)
 
     # In a run.
 

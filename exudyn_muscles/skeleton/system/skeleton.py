@@ -207,7 +207,7 @@ class GeneralSkeleton(ExudynSkeleton):
 
     @property
     def place(self) -> tuple:
-        return self.now.dynamics().place
+        return self.now.place
 
     def _place_at(self, q: np.ndarray, v: np.ndarray) -> tuple:
         with self._apart(q) as system:
@@ -215,11 +215,11 @@ class GeneralSkeleton(ExudynSkeleton):
             return system.dynamics().place
 
     def along(self, q: np.ndarray) -> Iterator[tuple]:
-        rest, t = np.zeros(len(self)), self.mbs.systemData.GetTime()
+        t = self.mbs.systemData.GetTime()
         with self._apart(q[0]) as system:
+            system.state.v[:] = 0.0
             for row in q:
-                system.go_to(row, rest, t)
-                yield (system.pose(),)
+                yield (system.rest_at(row, t),)
 
     def pose(self) -> Pose:
         """The current one."""
