@@ -20,6 +20,7 @@ from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..results.trajectory import Trajectory
 from ..simulation.run import number_of_steps, simulate
+from ..skeleton.ahead import IMPLICIT_EULER
 from .tracked import TrackedState, start_tracking, tracked
 from .tracking import TrackingSettings, tracking_start
 from .unified import UnifiedPlugin, UnifiedState
@@ -194,7 +195,7 @@ class CMCPlugin(UnifiedPlugin):
         if self.settings.prediction is Prediction.SHIFTED:
             q_d, v_d, _ = tracking.desired(t_0)
             q_1, v_1 = q_1 + (q - q_d), v_1 + (v - v_d)
-        ahead = skeleton.dynamics_ahead(q_1, v_1, t_1)
+        ahead = skeleton.dynamics_ahead(q_1, v_1, t_1, IMPLICIT_EULER)
         Q_m = ahead.M @ a_cmc + ahead.bias  # (14) with the sign of (6)
         opened = muscles.open(state.a, state.l_t, state.geometry, t_0, t_1)
         reached = muscles.reach(opened, self.model.geometry(*ahead.place))

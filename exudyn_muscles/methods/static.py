@@ -135,7 +135,7 @@ def static_optimization(
                     break
                 skeleton.go_to(q_d[n], v_d[n], t)
                 controllers.before_residual(t)
-                M, bias, place = skeleton.dynamics()
+                M, bias, place = skeleton.dynamics_held()
                 geometry = model.geometry(*place)
                 Q_m = M @ a_d[n] + bias  # (6)
                 if last is None:

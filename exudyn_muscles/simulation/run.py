@@ -63,6 +63,8 @@ def simulate(
     integration.newton.useModifiedNewton = modified_newton
     integration.newton.relativeTolerance = RELATIVE_TOLERANCE
     integration.newton.absoluteTolerance = ABSOLUTE_TOLERANCE
+    if skeleton.system_names:  # larger matrices than those of trees
+        settings.linearSolver.solverType = exu.LinearSolverType.EigenDense
     settings.solution.file.write = False
     settings.solution.sensors.writePeriod = step
     with hold(skeleton.mbs) as held:

@@ -16,6 +16,7 @@ import exudyn as exu
 import numpy as np
 
 from ..path.paths import Paths
+from .ahead import TRAPEZOIDAL, Rule
 from .geometry import Geometry
 from .hold import Hold
 from .opened import Dynamics
@@ -237,17 +238,27 @@ class ExudynSkeleton(ABC):
         What does not depend on them stays where it is. The system's state and time are as before
         afterwards, to the last bit.
         """
-        return self._dynamics_there(q, v, t, ahead=False)
+        return self._dynamics_there(q, v, t, None)
 
-    def dynamics_ahead(self, q: np.ndarray, v: np.ndarray, t: float) -> Dynamics:
+    def dynamics_ahead(
+        self, q: np.ndarray, v: np.ndarray, t: float, rule: Rule = TRAPEZOIDAL
+    ) -> Dynamics:
         """As `dynamics_at`, with everything else where its state at the start of the step leads.
 
-        It goes on with constant acceleration, which is of second order.
+        Beside a tree it goes on with constant acceleration, in a system of bodies by one step of a
+        `rule`, within which it also responds to the forces on q.
         """
-        return self._dynamics_there(q, v, t, ahead=True)
+        return self._dynamics_there(q, v, t, rule)
 
     @abstractmethod
-    def _dynamics_there(self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool) -> Dynamics:
+    def dynamics_held(self) -> Dynamics:
+        """As `dynamics`, where what nobody tracks does not give way but keeps its place, as far as
+        it is stiff."""
+
+    @abstractmethod
+    def _dynamics_there(
+        self, q: np.ndarray, v: np.ndarray, t: float, ahead: Rule | None
+    ) -> Dynamics:
         """What `dynamics_at` and `dynamics_ahead` share."""
 
     @abstractmethod

@@ -12,10 +12,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cached_property
+from typing import NamedTuple
 
 import exudyn as exu
 import numpy as np
-from scipy.linalg.lapack import dgesv
+from scipy.linalg.lapack import dgecon, dgesv, dgetrf, dgetrs
 
 from .rotations import advance
 from .state import State
@@ -106,6 +107,11 @@ class ConstrainedEquations:
         """Which equations (c,) are of velocities alone."""
         return np.asarray(self._jacobian(0.0, 0.0, 0.0)[self._n :, : self._n].any(axis=1))
 
+    def lacking_now(self, velocity: bool) -> np.ndarray:
+        """The same of a system that is not."""
+        with self.free():
+            return self.lacking(velocity)
+
     def demanded(self) -> np.ndarray:
         """gamma, the accelerations that constraints ask for, where the system is `free`."""
         return -self.derivative(lambda: self.lacking(velocity=True))
@@ -139,6 +145,38 @@ def solved(K: np.ndarray, right: np.ndarray) -> np.ndarray | None:
     """The solutions for right-hand sides (N + c, k); None if there are none."""
     _, _, solution, failed = dgesv(K, right)
     return None if failed or not np.isfinite(solution).all() else solution
+
+
+# Of the reciprocal condition, in the 1-norm and as LAPACK estimates it: at most this, over the size
+# of the matrix, where anything is redundant or singular by `singular.py`.
+SUSPICIOUS = 1e-9
+
+
+class Factors(NamedTuple):
+    """L and U of [[M, G^T], [G, D]], with the pivots."""
+
+    LU: np.ndarray
+    pivots: np.ndarray
+
+    @staticmethod
+    def of(K: np.ndarray) -> Factors | None:
+        """Of a matrix (N + c, N + c); None of a singular one."""
+        LU, pivots, failed = dgetrf(K)
+        return None if failed or not np.isfinite(LU).all() else Factors(LU, pivots)
+
+    @property
+    def size(self) -> int:
+        """N + c."""
+        return self.pivots.size
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """The solutions for right-hand sides (N + c,) or (N + c, k)."""
+        return dgetrs(self.LU, self.pivots, right)[0]
+
+    def may_be_singular(self, K: np.ndarray) -> bool:
+        """Whether the singular values of K have to be looked at."""
+        condition, _ = dgecon(self.LU, np.abs(K).sum(axis=0).max())
+        return bool(condition <= SUSPICIOUS * self.size)
 
 
 def rotation_vectors(mbs: exu.MainSystem) -> np.ndarray:

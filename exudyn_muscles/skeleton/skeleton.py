@@ -18,6 +18,7 @@ import numpy as np
 from ..checks import check_link_exists
 from ..errors import ModelError
 from ..path.paths import Paths
+from .ahead import Rule
 from .base import ExudynSkeleton, Mounted
 from .coupling import DependentCoordinate
 from .dependent import Dependent
@@ -262,19 +263,24 @@ class Skeleton(ExudynSkeleton):
         finally:
             state.restore(before)
 
-    def _dynamics_there(self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool) -> Dynamics:
+    def dynamics_held(self) -> Dynamics:
+        return self.dynamics()
+
+    def _dynamics_there(
+        self, q: np.ndarray, v: np.ndarray, t: float, ahead: Rule | None
+    ) -> Dynamics:
         state, contacts = self._opened.state, self._opened.contacts
         before = state.snapshot()
         try:
-            if ahead:
+            if ahead is not None:
                 state.go_on_until(t)
             self._place(q, v, t)
-            if ahead:
+            if ahead is not None:
                 contacts.settle_ahead(before[1])
             return Dynamics(*self.basis.dynamics(self._opened), (q, v))
         finally:
             state.restore(before)
-            if ahead:
+            if ahead is not None:
                 contacts.settle_at_start()
 
     def go_to(self, q: np.ndarray, v: np.ndarray, t: float) -> None:

@@ -1,8 +1,9 @@
-"""One chain as a kinematic tree and as bodies with joints: CPU of CSF.
+"""One chain as a kinematic tree and as bodies with joints: CPU of CSF, in a table.
 
 pytest tests/benchmarks/test_skeletons.py -n 0 -s
 """
 
+import time
 import warnings
 
 import exudyn as exu
@@ -52,9 +53,31 @@ def chain(n, muscles):
     )
 
 
-@pytest.mark.parametrize(("n", "muscles"), [(2, 8), (10, 40), (20, 80), (60, 200)])
+SIZES = [(5, 20), (10, 40), (20, 80), (40, 160), (60, 200)]
+
+
+@pytest.fixture(scope="module")
+def rows():
+    """What was measured, printed at the end: by size and form, what a run costs, what Exudyn alone
+    would cost at as many iterations, and iterations a step."""
+    found = {}
+    yield found
+    print("\n\nCPU s a simulated second      tree: all, Exudyn    bodies: all, Exudyn    ratio")
+    for n, muscles in SIZES:
+        if (n, "tree") in found and (n, "bodies") in found:
+            (tree, tree_alone, _), (bodies, alone, iterations) = (
+                found[n, form] for form in ("tree", "bodies")
+            )
+            print(
+                f"{n:3d} coordinates, {muscles:3d} muscles {tree:10.3f} {tree_alone:9.3f} "
+                f"{bodies:12.3f} {alone:9.3f} {bodies / tree:8.1f}"
+                f"   ({iterations:.1f} iterations a step)"
+            )
+
+
+@pytest.mark.parametrize(("n", "muscles"), SIZES)
 @pytest.mark.parametrize("form", ["tree", "bodies"])
-def test_cosimulation(benchmark, form, n, muscles):
+def test_cosimulation(benchmark, rows, form, n, muscles):
     model = chain(n, muscles)
     if form == "bodies":
         model = as_bodies(model, TAIT_BRYAN)
@@ -66,10 +89,25 @@ def test_cosimulation(benchmark, form, n, muscles):
             warnings.simplefilter("ignore")
             return em.cosimulate(model, motion, settings=settings)
 
-    result = benchmark.pedantic(run, rounds=3, warmup_rounds=1)
+    small = n <= 20
+    result = benchmark.pedantic(run, rounds=3 if small else 1, warmup_rounds=1 if small else 0)
     counts = result.counts
-    print(
-        f"\n{form:6s} {n:2d} coordinates, {muscles:3d} muscles: {result.cpu_time / SPAN:8.3f} CPU s"
-        f" a simulated second, {counts.newton_iterations / counts.steps:.2f} iterations a step"
-    )
+    iterations = counts.newton_iterations / counts.steps
+    alone = seconds_an_iteration(model.mbs, form) * counts.newton_iterations
+    rows[n, form] = result.cpu_time / SPAN, alone / SPAN, iterations
     assert result.status is em.Status.COMPLETE
+
+
+def seconds_an_iteration(mbs, form):
+    """CPU s of one of Exudyn's full Newton iterations, with no muscles."""
+    settings = exu.SimulationSettings()
+    settings.timeIntegration.numberOfSteps = 5
+    settings.timeIntegration.endTime = 5 * STEP
+    settings.timeIntegration.verboseMode = 0
+    settings.timeIntegration.newton.useModifiedNewton = False
+    settings.solution.file.write = False
+    if form == "bodies":  # as a run has it
+        settings.linearSolver.solverType = exu.LinearSolverType.EigenDense
+    start = time.process_time()
+    mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2)
+    return (time.process_time() - start) / mbs.sys["dynamicSolver"].it.newtonStepsCount

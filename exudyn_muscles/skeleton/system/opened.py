@@ -17,7 +17,8 @@ import exudyn as exu
 import numpy as np
 
 from ...errors import ModelError, SimulationError
-from ..constrained import ConstrainedEquations, short_time, solved
+from ..ahead import TRAPEZOIDAL, Rule
+from ..constrained import ConstrainedEquations, Factors, short_time
 from ..contacts import Contacts
 from ..opened import Dynamics
 from ..state import State
@@ -25,14 +26,9 @@ from .frame_list import FrameList
 from .frames import Frames
 from .geometry import Pose
 from .measuring import measure_pose, rate_along
+from .poses import Poses
 from .singular import check_mobility, explain_singular
 from .tracked_rows import TrackedRows
-
-CLOSE = 1e-12  # m or rad, of poses; Newton's method squares it once more
-# Exudyn's Jacobian of a joint on a flexible body leaves out how its frame turns with the modes, so
-# that poses there are approached by a factor in every iteration only.
-CLOSE_ENOUGH, ENOUGH_ITERATIONS, MOST_ITERATIONS = 1e-8, 20, 300
-FARTHEST = 0.5  # rad or m, of one iteration towards a pose
 
 
 class OpenedSystem:
@@ -54,6 +50,8 @@ class OpenedSystem:
     ----------
     state : State
     contacts : Contacts
+    passive : int
+        Number of directions in which it moves besides.
     """
 
     def __init__(
@@ -83,9 +81,14 @@ class OpenedSystem:
         self._turns = np.zeros(len(names))
         self._object, self._order = forces
         self._load = np.zeros(n)
+        self._last: list = []  # x, x', t of the last `dynamics`, and its place
         if near is not None:
             self._turns[:] = near
         self._turns[:] = self.pose().z
+        self.passive = self._directions() - len(names)
+        self._poses = Poses(
+            self._equations, self._factors, self.state, self._pose, names, self.passive > 0
+        )
 
     # Kinematics.
 
@@ -134,16 +137,18 @@ class OpenedSystem:
 
     def equations(self, velocity: bool) -> np.ndarray:
         """What the constraints lack, at position or velocity level."""
-        with self._equations.free():
-            return self._equations.lacking(velocity)
+        return self._equations.lacking_now(velocity)
 
     def _solved(self, K: np.ndarray, right: np.ndarray) -> np.ndarray:
         """x'' parts (N, k) of the solutions for right-hand sides (N + c, k)."""
-        solution = solved(K, right)
-        if solution is None:
+        return self._factors(K).solve(right)[: self.state.q.size]
+
+    def _factors(self, K: np.ndarray) -> Factors:
+        found = Factors.of(K)
+        if found is None:
             explain_singular(self._mbs, K, self.state.q.size)
             raise SimulationError(f"the equations of motion are singular at q = {self.pose().z}")
-        return solution[: self.state.q.size]
+        return found
 
     def _acting(self) -> np.ndarray:
         """Q - H (N,) without the muscles' load, where the equations are free."""
@@ -151,17 +156,77 @@ class OpenedSystem:
 
     def dynamics(self) -> Dynamics:
         """M_z and H_z - Q_z at the current state."""
-        pose, n = self.pose(), self.state.q.size
-        K = self._equations.matrix()
-        right = np.zeros((K.shape[0], 1 + len(self._names)))
         with self._equations.free():
-            right[:n, 0], right[n:, 0] = self._acting(), self._equations.demanded()
-        right[:n, 1:] = pose.T.T
-        response = self._solved(K, right)
-        M = _inverse(pose.T @ response[:, 1:])
-        bias = -M @ (pose.T @ response[:, 0] + self.rate(pose))
-        B = response[:, 1:] @ M
-        return Dynamics(M, bias, (pose.z, pose.T @ pose.x_t, pose, B, K[:n, :n] @ B))
+            acting = self._acting()
+        there = self._responding(self._equations.matrix(), acting)
+        self._last[:] = *self._now(), there.place
+        return there
+
+    @property
+    def place(self) -> tuple:
+        """What geometry is computed from at the current state, and the directions B there."""
+        if self._last and all(map(np.array_equal, self._now(), self._last)):
+            return self._last[-1]  # of an accepted step, where the last iterate was
+        return self.dynamics().place
+
+    def _now(self) -> tuple:
+        return self.state.q.copy(), self.state.v.copy(), self._data.GetTime()
+
+    def dynamics_ahead(
+        self, q: np.ndarray, v: np.ndarray, t: float, rule: Rule, step_end: float
+    ) -> Dynamics:
+        """M_z and H_z - Q_z where the state at the start of the step, which ends at `step_end`,
+        leads and z, z' are `q`, `v`.
+
+        What is passive responds as in a step of the rule, in which M has the slopes of forces with
+        it. At once it would respond by its mass alone: muscles would be asked to drive flexible
+        modes at their own frequencies, which forces that are held over the step cannot, and which
+        between two points of a body would be unstable even if they could.
+        """
+        if not self.passive:
+            self.go_to(q, v, t)
+            self.contacts.settle_ahead(step_end)
+            return self.dynamics()
+        h = t - self._data.GetTime(exu.ConfigurationType.StartOfStep)
+        acting, x_tt = self._go_ahead(h, t, rule, step_end)
+        self.go_to(q, v, t)
+        self.contacts.settle_ahead(step_end)
+        K, n = self._stiff(h, rule), x_tt.size
+        if rule is not TRAPEZOIDAL:  # which takes Exudyn's own step; others take what is there
+            with self._equations.free():
+                acting = self._acting() + (K - self._equations.matrix())[:n, :n] @ x_tt
+        return self._responding(K, acting)
+
+    def dynamics_held(self) -> Dynamics:
+        """M_z and H_z - Q_z at the current state where passive directions are held, as `go_to`
+        takes them from pose to pose."""
+        pose, n = self.pose(), self.state.q.size
+        M = self._equations.matrix()[:n, :n]
+        with self._equations.free():
+            acting, demanded = self._acting(), self._equations.demanded()
+        heading = self._poses.heading(pose.T)
+        B, c = heading.B, heading.towards(pose.T, -demanded, -self.rate(pose))
+        return _at(pose, B.T @ M @ B, B.T @ (M @ c - acting), B, M @ B)
+
+    def _responding(self, K: np.ndarray, acting: np.ndarray) -> Dynamics:
+        """M_z and H_z - Q_z of the equations with the matrix K and forces (N,)."""
+        pose, n = self.pose(), self.state.q.size
+        with self._equations.free():
+            right = np.append(acting, self._equations.demanded())
+        x_tt, W = self._responses(K, pose, right)
+        M = _inverse(pose.T @ W)
+        bias = -M @ (pose.T @ x_tt + self.rate(pose))
+        B = W @ M
+        return _at(pose, M, bias, B, K[:n, :n] @ B)
+
+    def _responses(
+        self, K: np.ndarray, pose: Pose, right: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """x'' parts (N,) of the solution for a right-hand side (N + c,), and W (N, n)."""
+        sides = np.zeros((K.shape[0], 1 + len(self._names)))
+        sides[:, 0], sides[: self.state.q.size, 1:] = right, pose.T.T
+        response = self._solved(K, sides)
+        return response[:, 0], response[:, 1:]
 
     def accelerations(self, load: np.ndarray) -> np.ndarray:
         """x'' (N,) at the current state under a further load (N,)."""
@@ -186,8 +251,7 @@ class OpenedSystem:
         """Whether there are constraints."""
         return self._equations.number > 0
 
-    @property
-    def directions(self) -> int:
+    def _directions(self) -> int:
         """In how many the constraints let the system move."""
         n = self.state.q.size
         G = self._equations.matrix()[n:, :n]
@@ -201,7 +265,9 @@ class OpenedSystem:
             raise ModelError(
                 "the mass matrix is not finite: check masses and inertias of the bodies"
             )
-        explain_singular(self._mbs, K, n)
+        factors = Factors.of(K)
+        if factors is None or factors.may_be_singular(K):
+            explain_singular(self._mbs, K, n)
         right = np.zeros((K.shape[0], len(T)))
         right[:n] = T.T
         check_mobility(self._names, T, self._solved(K, right))
@@ -217,59 +283,47 @@ class OpenedSystem:
         ModelError
             There is none; names the coordinate.
         """
-        state = self.state
         self._data.SetTime(t)
-        for turn in range(MOST_ITERATIONS):
-            pose = self._pose(q)
-            lack, away = self.equations(velocity=False), q - pose.z
-            step = self._towards(pose, lack, away)
-            off = max(np.abs(lack).max(initial=0.0), np.abs(away).max())
-            still = np.abs(step).max() <= CLOSE * max(1.0, np.abs(pose.x).max())
-            if still or off <= (CLOSE if turn < ENOUGH_ITERATIONS else CLOSE_ENOUGH):
-                break
-            step *= min(1.0, FARTHEST / np.abs(step).max())
-            self._equations.advance(step)
-        else:
-            j = int(np.abs(away).argmax())
-            raise ModelError(
-                f"coordinate '{self._names[j]}' = {q[j]:.6g}: the constraints of the mbs leave no "
-                f"pose there at t = {t:g} s; the nearest found has {pose.z[j]:.6g}"
-            )
+        pose = self._poses.find(q, t)
         self._turns[:] = q
-        lack = self.equations(velocity=True)
-        state.v[:] += self._towards(pose, lack, v - pose.T @ state.v)
+        self._poses.speed(pose.T, v)
 
-    def go_ahead(self, t: float) -> None:
-        """Put the system where the state at the start of the step leads with the load held.
+    def rest_at(self, q: np.ndarray, t: float) -> Pose:
+        """The pose of `go_to`, for which speeds do not matter."""
+        self._data.SetTime(t)
+        pose = self._poses.find(q, t)
+        self._turns[:] = q
+        return pose
 
-        By one linearly implicit step of the trapezoidal rule, which is of second order and lets
-        fast passive directions come to rest; extrapolated they would leave all bounds.
+    def _go_ahead(
+        self, h: float, t: float, rule: Rule, step_end: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Put the system where the state at the start of the step leads with the load held, by one
+        linearly implicit step of a rule; returns Q - H (N,) before x'' at its end comes into it,
+        and this x''.
+
+        Extrapolated, fast passive directions would leave all bounds.
         """
         state = self.state
-        h = t - self._data.GetTime(exu.ConfigurationType.StartOfStep)
         for array, values in zip(state.current, state.at_start, strict=True):
             array[:] = values
-        K = self._equations.matrix(-0.25 * h * h, -0.5 * h)
+        K = self._stiff(h, rule)
         _, v_0, a_0 = state.at_start
-        self._equations.advance(h * v_0 + 0.25 * h * h * a_0)
-        state.v[:] = v_0 + 0.5 * h * a_0
+        self._equations.advance(h * v_0 + rule.x_0 * h * h * a_0)
+        state.v[:] = v_0 + rule.v_0 * h * a_0
         self._data.SetTime(t)
+        self.contacts.settle_ahead(step_end)
         with self._equations.free():
-            right = np.append(
-                self._acting() + self._load, -2.0 / h * self._equations.lacking(velocity=True)
-            )
+            acting, lack = self._acting(), self._equations.lacking(velocity=True)
+        right = np.append(acting + self._load, -lack / (rule.v_1 * h))
         a_1 = self._solved(K, right[:, None])[:, 0]
-        self._equations.advance(0.25 * h * h * a_1)
-        state.v[:] += 0.5 * h * a_1
+        self._equations.advance(rule.x_1 * h * h * a_1)
+        state.v[:] += rule.v_1 * h * a_1
+        return acting, a_1
 
-    def _towards(self, pose: Pose, lack: np.ndarray, away: np.ndarray) -> np.ndarray:
-        """The step (N,) of least M-norm that takes what is lacking off and z `away` (n,) on."""
-        K, n = self._equations.matrix(), self.state.q.size
-        right = np.zeros((K.shape[0], 1 + away.size))
-        right[n:, 0], right[:n, 1:] = -lack, pose.T.T
-        response = self._solved(K, right)
-        back, W = response[:, 0], response[:, 1:]
-        return back + W @ np.linalg.solve(pose.T @ W, away - pose.T @ back)
+    def _stiff(self, h: float, rule: Rule) -> np.ndarray:
+        """[[M, G^T], [G, D]] as one step of a rule has it, x'' at its end being unknown."""
+        return self._equations.matrix(-rule.x_1 * h * h, -rule.v_1 * h)
 
     # In a run.
 
@@ -286,6 +340,12 @@ class OpenedSystem:
     def leave(self) -> None:
         """Give the system back without them."""
         self.apply(np.zeros(self._load.size))
+
+
+def _at(
+    pose: Pose, M: np.ndarray, bias: np.ndarray, B: np.ndarray, momenta: np.ndarray
+) -> Dynamics:
+    return Dynamics(M, bias, (pose.z, pose.T @ pose.x_t, pose, B, momenta))
 
 
 def _inverse(matrix: np.ndarray) -> np.ndarray:

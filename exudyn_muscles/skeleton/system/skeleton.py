@@ -12,6 +12,7 @@ import numpy as np
 
 from ...errors import ModelError, ParameterError
 from ...path.paths import Paths
+from ..ahead import Rule
 from ..base import ExudynSkeleton, Mounted
 from ..constrained import rotation_vectors
 from ..geometry import Geometry
@@ -99,7 +100,7 @@ class GeneralSkeleton(ExudynSkeleton):
     @property
     def others(self) -> int:
         with self._apart(None) as system:
-            return system.directions - len(self)
+            return system.passive
 
     def state_of_tree(self, *state: np.ndarray) -> tuple[np.ndarray, ...]:
         return state
@@ -227,7 +228,7 @@ class GeneralSkeleton(ExudynSkeleton):
 
     @property
     def place(self) -> tuple:
-        return self.now.dynamics().place
+        return self.now.place
 
     def _place_at(self, q: np.ndarray, v: np.ndarray) -> tuple:
         with self._apart(q) as system:
@@ -235,11 +236,11 @@ class GeneralSkeleton(ExudynSkeleton):
             return system.dynamics().place
 
     def along(self, q: np.ndarray) -> Iterator[tuple]:
-        rest, t = np.zeros(len(self)), self.mbs.systemData.GetTime()
+        t = self.mbs.systemData.GetTime()
         with self._apart(q[0]) as system:
+            system.state.v[:] = 0.0
             for row in q:
-                system.go_to(row, rest, t)
-                yield (system.pose(),)
+                yield (system.rest_at(row, t),)
 
     def pose(self) -> Pose:
         """The current one."""
@@ -248,19 +249,22 @@ class GeneralSkeleton(ExudynSkeleton):
     def dynamics(self) -> Dynamics:
         return self.now.dynamics()
 
-    def _dynamics_there(self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool) -> Dynamics:
+    def dynamics_held(self) -> Dynamics:
+        return self.now.dynamics_held()
+
+    def _dynamics_there(
+        self, q: np.ndarray, v: np.ndarray, t: float, ahead: Rule | None
+    ) -> Dynamics:
         now = self.now
         before = now.state.snapshot()
         try:
-            if ahead:
-                now.go_ahead(t)
+            if ahead is not None:
+                return now.dynamics_ahead(q, v, t, ahead, before[1])
             now.go_to(q, v, t)
-            if ahead:
-                now.contacts.settle_ahead(before[1])
             return self.dynamics()
         finally:
             now.state.restore(before)
-            if ahead:
+            if ahead is not None:
                 now.contacts.settle_at_start()
             now.pose()
 

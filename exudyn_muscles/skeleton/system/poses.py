@@ -1,0 +1,118 @@
+"""Poses of a system that meet its constraints and have given values of what is tracked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ...errors import ModelError
+from ..constrained import ConstrainedEquations, Factors
+from ..state import State
+from .geometry import Pose
+
+CLOSE = 1e-12  # m or rad, of poses; Newton's method squares it once more
+# Exudyn's Jacobian of a joint on a flexible body leaves out how its frame turns with the modes, so
+# that poses there are approached by a factor in every iteration only.
+CLOSE_ENOUGH, ENOUGH_ITERATIONS, MOST_ITERATIONS = 1e-8, 20, 300
+FARTHEST = 0.5  # rad or m, of one iteration towards a pose
+SLOW = 0.1  # factor by which an iteration comes closer, above which a new matrix pays
+# As poses follow each other, passive directions that swing within this time keep their place [s].
+# Longer, and the gravity of what stands on its head, g / l at l = 0.1 m, would weigh against its
+# mass; shorter, and the modes of a flexible body would give way.
+SWING = 0.03
+
+
+class Heading:
+    """The way from pose to pose near one of them: steps (N,) of least M-norm, with the stiffness of
+    passive directions in M.
+
+    Parameters
+    ----------
+    factors : Factors
+        Of [[M, G^T], [G, D]] there.
+    T : (n, N) ndarray
+        Rates of what is tracked there.
+    """
+
+    def __init__(self, factors: Factors, T: np.ndarray) -> None:
+        self._factors, self._size = factors, T.shape[1]
+        right = np.zeros((factors.size, len(T)))
+        right[: self._size] = T.T
+        W = factors.solve(right)[: self._size]
+        self.B = W @ np.linalg.inv(T @ W)
+
+    def towards(self, T: np.ndarray, lack: np.ndarray, away: np.ndarray) -> np.ndarray:
+        """The step that takes what is lacking off and z `away` (n,) on."""
+        right = np.append(np.zeros(self._size), -lack)
+        back = self._factors.solve(right)[: self._size]
+        return back + self.B @ (away - T @ back)
+
+
+class Poses:
+    """Finds them, by Newton's method.
+
+    Parameters
+    ----------
+    equations : ConstrainedEquations
+    factors : callable
+        Of a matrix; raises what is wrong with it.
+    state : State
+    pose : callable
+        near (n,) -> Pose at the current state, with angles near these.
+    names : sequence of str
+        Of what is tracked, for messages.
+    passive : bool
+        Whether the system moves in other directions.
+    """
+
+    def __init__(
+        self,
+        equations: ConstrainedEquations,
+        factors: Callable[[np.ndarray], Factors],
+        state: State,
+        pose: Callable[[np.ndarray], Pose],
+        names: Sequence[str],
+        passive: bool,
+    ) -> None:
+        self._equations, self._factors, self._passive = equations, factors, passive
+        self._state, self._pose, self._names = state, pose, names
+
+    def heading(self, T: np.ndarray) -> Heading:
+        """At the current state."""
+        stiffness = -SWING * SWING if self._passive else 0.0
+        return Heading(self._factors(self._equations.matrix(stiffness)), T)
+
+    def find(self, q: np.ndarray, t: float) -> Pose:
+        """Put the system in the pose nearest to the current one that has the coordinates `q` (n,)
+        and meets the constraints at the time `t`.
+
+        Raises
+        ------
+        ModelError
+            There is none; names the coordinate.
+        """
+        heading, before = None, np.inf
+        for turn in range(MOST_ITERATIONS):
+            pose = self._pose(q)
+            lack, away = self._equations.lacking_now(velocity=False), q - pose.z
+            off = max(np.abs(lack).max(initial=0.0), np.abs(away).max())
+            if off <= (CLOSE if turn < ENOUGH_ITERATIONS else CLOSE_ENOUGH):
+                return pose
+            if heading is None or off > SLOW * before:
+                heading = self.heading(pose.T)
+            step, before = heading.towards(pose.T, lack, away), off
+            if np.abs(step).max() <= CLOSE * max(1.0, np.abs(pose.x).max()):
+                return pose
+            step *= min(1.0, FARTHEST / np.abs(step).max())
+            self._equations.advance(step)
+        j = int(np.abs(away).argmax())
+        raise ModelError(
+            f"coordinate '{self._names[j]}' = {q[j]:.6g}: the constraints of the mbs leave no "
+            f"pose there at t = {t:g} s; the nearest found has {pose.z[j]:.6g}"
+        )
+
+    def speed(self, T: np.ndarray, v: np.ndarray) -> None:
+        """Give what is tracked the speeds `v` (n,) there."""
+        lack = self._equations.lacking_now(velocity=True)
+        self._state.v[:] += self.heading(T).towards(T, lack, v - T @ self._state.v)
