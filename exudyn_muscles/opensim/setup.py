@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..checks import number_within
 from ..errors import MotionError, ParameterError, SpanWarning, warn
-from ..methods.cmc import CMCSettings, Prediction
+from ..methods.cmc import CMCSettings
 from ..methods.cosimulation_settings import CosimulationSettings, Scheme
 from ..methods.tracking import TrackingSettings
 from ..model import MusculoskeletalModel
@@ -81,7 +81,7 @@ def load_setup(
     The fast optimization target becomes `RigidTendonForce`, the slow one `MaximumIsometricForce`;
     either way the demanded torques are met as long as they are within reach. Excitations have
     OpenSim's limits [0.02, 1] where no file of control constraints says otherwise. Windows are
-    predicted at the desired motion, which tracks better than OpenSim's prediction, shifted by the
+    predicted as `CMCSettings` does, which tracks better than OpenSim's prediction, shifted by the
     errors (`Prediction.SHIFTED`). Muscles are integrated by the Rosenbrock method.
 
     Every independent coordinate needs a task. Tasks of locked coordinates are left out, and so are
@@ -139,7 +139,6 @@ def load_setup(
         settings = CMCSettings(
             window=window,
             step=window / STEPS,
-            prediction=Prediction.DESIRED,
             normalizer=RigidTendonForce() if fast else MaximumIsometricForce(),
             integrator=Integrator.ROSENBROCK,
             control_limits=_limits(tool, content),

@@ -236,6 +236,10 @@ class ExudynSkeleton(ABC):
         """
         return self._dynamics_there(q, v, t, ahead=True)
 
+    def places_ahead(self, q: np.ndarray, v: np.ndarray, t: float) -> Iterator[tuple]:
+        """The `place` of `dynamics_ahead` at each of the coordinates `q` (k, n)."""
+        return (self.dynamics_ahead(row, v, t).place for row in q)
+
     @abstractmethod
     def _dynamics_there(self, q: np.ndarray, v: np.ndarray, t: float, *, ahead: bool) -> Dynamics:
         """What `dynamics_at` and `dynamics_ahead` share."""
