@@ -19,6 +19,7 @@ from ..recruitment.limits import ControlLimits
 from ..recruitment.normalizers import MaximumIsometricForce, RigidTendonForce
 from .controls import MINIMUM, read_controls
 from .document import NOT_GIVEN, Element, read_document
+from .joints import Coordinate
 from .load import Content, read_model
 from .tasks import Task, read_tasks
 
@@ -59,6 +60,8 @@ class CMCSetup:
     settings : CMCSettings
         Of `computed_muscle_control`.
     results_directory : Path
+    coordinates : tuple of Coordinate
+        All that the model's file has, as `read_coordinates`.
     """
 
     name: str
@@ -66,6 +69,7 @@ class CMCSetup:
     motion: Motion
     settings: CMCSettings
     results_directory: Path
+    coordinates: tuple[Coordinate, ...]
 
     def cosimulation(self, scheme: Scheme = Scheme.FULL) -> CosimulationSettings:
         """The same settings for `cosimulate`, with the window as the step."""
@@ -154,6 +158,7 @@ def load_setup(
         _motion(tool, content, initial_time, final_time),
         settings,
         _path(tool, tool.word("results_directory", default=".")),
+        content.coordinates,
     )
 
 
