@@ -16,7 +16,7 @@ from enum import Enum
 import numpy as np
 
 from ..checks import check_settings, check_step
-from ..errors import ParameterError
+from ..errors import ModelError, ParameterError, WindowError, WrappingError
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..results.trajectory import Trajectory
@@ -247,10 +247,13 @@ class CMCPlugin(UnifiedPlugin):
         of_demand = None
         if known is not None and number // LOOKS % expected.size:
             of_demand = known.of_demand  # found in one of n looks: one evaluation for each
-        slopes = state.muscles.end_slopes(recruited.reached, excited.window.excitation)
-        state.stiffness = end_stiffness(
-            self.model, self.skeleton, ahead, a, recruited, slopes, of_demand
-        )
+        try:
+            slopes = state.muscles.end_slopes(recruited.reached, excited.window.excitation)
+            state.stiffness = end_stiffness(
+                self.model, self.skeleton, ahead, a, recruited, slopes, of_demand
+            )
+        except (ModelError, WindowError, WrappingError):
+            return None  # at the end of what can be evaluated, such as a linkage's dead point
         least = max(ALLOWED * np.min(state.tracking.kp), SLOWEST / opened.window.h**2)
         against = torque_against(state.stiffness.symmetric, ahead.M, expected, least)
         state.is_unstable = against is not None

@@ -9,8 +9,9 @@ import pytest
 from exudyn.utilities import InertiaCylinder, RigidBodyInertia, TreeLink
 
 import exudyn_muscles as em
+from exudyn_muscles.methods.recruiting import MuscleOptimization
 from exudyn_muscles.methods.stiffness import cmc_growth, torque_against
-from models import pedalling, planar_arm
+from models import planar_arm
 
 from ..opensim import REFERENCE
 from ..runs import plugin_run, settings
@@ -138,14 +139,44 @@ def test_where_no_mode_is_negative_every_bit_is_that_of_the_desired_prediction()
     assert one.counts.recruitments == other.counts.recruitments
 
 
-def test_a_system_of_bodies_is_as_its_tree():
-    """A tracked angle of bodies and joints goes through the same stiffness."""
-    model, motion = pedalling.build(), pedalling.motion().between(0.0, 0.2)
-    one, other = (
-        em.computed_muscle_control(model, motion, settings=em.CMCSettings(prediction=prediction))
-        for prediction in (Prediction.BY_STIFFNESS, Prediction.DESIRED)
+@pytest.mark.parametrize("name", ["end_slopes", "places_ahead"])
+def test_where_nothing_can_be_evaluated_beside_a_state_the_run_goes_on(monkeypatch, name):
+    model, motion = planar_arm.build(), planar_arm.motion().between(0.0, 0.2)
+    desired = em.CMCSettings(prediction=Prediction.DESIRED)
+    expected = em.computed_muscle_control(model, motion, settings=desired)
+
+    def raises(*_):
+        raise em.WindowError("no") if name == "end_slopes" else em.ModelError("no")
+
+    monkeypatch.setattr(
+        MuscleOptimization if name == "end_slopes" else type(model.skeleton), name, raises
     )
-    np.testing.assert_array_equal(one.coordinates, other.coordinates)
+    found = em.computed_muscle_control(model, motion)
+    np.testing.assert_array_equal(found.coordinates, expected.coordinates)
+
+
+def test_a_system_of_bodies_holds_as_its_tree_does():
+    mbs = exu.SystemContainer().AddSystem()
+    ground = mbs.CreateGround()
+    rod = mbs.CreateRigidBody(
+        inertia=InertiaCylinder(1100, 0.05, 0.008, axis=1), referencePosition=[0, 0.025, 0],
+        gravity=[0, -9.81, 0],
+    )  # fmt: skip
+    joint = mbs.CreateRevoluteJoint(
+        itemNumbers=[ground, rod], position=[0, 0, 0], axis=[0, 0, 1], useGlobalFrame=True
+    )
+    mbs.Assemble()
+    tree = finger()
+    muscles = [
+        dataclasses.replace(
+            muscle, path=[P([x, -0.19, 0], link=ground), P([x, -0.0125, 0], link=rod)]
+        )
+        for muscle, x in zip(tree.muscles, (-0.005, 0.005), strict=True)
+    ]
+    bodies = em.MusculoskeletalModel(mbs, {"hinge": joint}, muscles, reserves=tree.reserves)
+    expected = em.computed_muscle_control(tree, NOD).coordinates
+    found = em.computed_muscle_control(bodies, NOD).coordinates
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6)
 
 
 # Predicted growth against measured one.
