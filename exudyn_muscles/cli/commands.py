@@ -14,8 +14,6 @@ from ..files.disk import write_file
 from ..methods.cmc import computed_muscle_control
 from ..methods.cosimulation import cosimulate
 from ..methods.cosimulation_settings import Scheme
-from ..model import MusculoskeletalModel
-from ..motion import Motion
 from ..results.trajectory import Trajectory
 from .files import draw_all, made_folder, result_file, save, save_figure
 from .names import CMC_STEPS, DIFFER, KP, METHODS, PAPER, STEP
@@ -28,7 +26,7 @@ from .report import (
     summary,
 )
 from .settings import method_function, refuse_foreign_options, velocity_gain
-from .sources import damped, load_law, load_model
+from .sources import Source, damped, load_law, load_model
 from .terminal import one_line_warnings, progress_bar
 
 
@@ -37,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
     method = arguments.method
     refuse_foreign_options(arguments)
     out = arguments.out and made_folder(arguments.out)
-    model, motion = load_model(arguments.model, arguments.motion, arguments.cutoff)
+    source = load_model(arguments.model, arguments.motion, arguments.cutoff)
     usual_step = STEP / CMC_STEPS if method == "cmc" else STEP
     compute = method_function(
         method,
@@ -47,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
         kv=arguments.kv,
         predictor=arguments.predictor or "constant",
     )
-    return _result(arguments, arguments.model.stem, compute, model, motion, out)
+    return _result(arguments, arguments.model.stem, compute, source, out)
 
 
 def cmc(arguments: argparse.Namespace) -> int:
@@ -63,19 +61,20 @@ def cmc(arguments: argparse.Namespace) -> int:
         compute = partial(computed_muscle_control, settings=setup.settings)
     else:
         compute = partial(cosimulate, settings=setup.cosimulation(Scheme(arguments.method)))
-    return _result(arguments, setup.name, compute, setup.model, setup.motion, out)
+    source = Source(setup.model, setup.motion, setup.coordinates)
+    return _result(arguments, setup.name, compute, source, out)
 
 
 def _result(
     arguments: argparse.Namespace,
     name: str,
     compute: Callable[..., Trajectory],
-    model: MusculoskeletalModel,
-    motion: Motion,
+    source: Source,
     out: Path | None,
 ) -> int:
     """Compute a result, save it before anything else can fail, and tell about it."""
-    method, start = arguments.method, motion.start
+    method, (model, motion, described) = arguments.method, source
+    start = motion.start
     path = out and out / f"{name}_{method}"
     with progress_bar(arguments, METHODS[method], motion.end - start, "s") as bar:
         trajectory = compute(model, motion, progress=lambda t: bar.update(t - start - bar.n))
@@ -85,7 +84,7 @@ def _result(
     if path is not None:
         print(f"wrote {result_file(path)}")
         if arguments.sto:
-            for file in opensim.write_results(trajectory, path, model.reserves):
+            for file in opensim.write_results(trajectory, path, model=model, described=described):
                 print(f"wrote {file}")
         draw_all(trajectory, path)
     return exit_status(trajectory)
@@ -96,7 +95,7 @@ def compare(arguments: argparse.Namespace) -> int:
     out, step = arguments.out and made_folder(arguments.out), arguments.step
     if arguments.json is not None:
         made_folder(arguments.json.parent)
-    model, motion = load_model(arguments.model, arguments.motion, arguments.cutoff)
+    model, motion, _ = load_model(arguments.model, arguments.motion, arguments.cutoff)
     name = arguments.model.stem
     best: dict[str, float] = {}
     results: dict[str, Trajectory] = {}

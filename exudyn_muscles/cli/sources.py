@@ -10,12 +10,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..errors import ModelError, ParameterError
 from ..files.disk import read_file
 from ..model import MusculoskeletalModel
 from ..motion import Motion
+from ..motion.coordinate import Coordinate
 from ..muscle.laws import LAWS
 from ..muscle.laws.law import MuscleLaw
 from ..opensim.load import read_model
@@ -23,9 +24,15 @@ from ..opensim.load import read_model
 LARGEST = 10e6  # bytes of a user's Python file, in which a model is written by hand
 
 
-def load_model(
-    file: Path, motion: Path | None = None, cutoff: float | None = None
-) -> tuple[MusculoskeletalModel, Motion]:
+class Source(NamedTuple):
+    """A model, its motion, and all `coordinates` of the model's file of OpenSim, if it is one."""
+
+    model: MusculoskeletalModel
+    motion: Motion
+    coordinates: tuple[Coordinate, ...] = ()
+
+
+def load_model(file: Path, motion: Path | None = None, cutoff: float | None = None) -> Source:
     """Model and motion of a Python file that defines `build()` and `motion()`, or the model of an
     `.osim` file with the motion of another file.
 
@@ -51,9 +58,10 @@ def load_model(
         if motion is None:
             raise ModelError(f"{file}: a model file of OpenSim needs --motion FILE.mot")
         model, described, _ = read_model(file)
-        return model, Motion.from_file(
+        desired = Motion.from_file(
             motion, model.coordinates, model.skeleton.units, cutoff=cutoff, described=described
         )
+        return Source(model, desired, described)
     if motion is not None or cutoff is not None:
         raise ModelError(f"{file}: --motion and --cutoff belong to an .osim file")
     parts: list[Any] = []
@@ -68,7 +76,7 @@ def load_model(
                     f"{file}: {function}() has to return a {kind.__name__}, it returned "
                     f"{type(parts[-1]).__name__}"
                 )
-    return parts[0], parts[1]
+    return Source(parts[0], parts[1])
 
 
 def load_law(text: str) -> MuscleLaw:

@@ -1,8 +1,9 @@
 """Computed muscle control in the unified mode, section 5 of the paper.
 
 Every window: controller accelerations (12) from the errors at its start, torques by (6) at the
-desired state at its end, force limits, optimization, excitations. Within the window skeleton and
-muscles are integrated together with the excitations held, as in forward dynamics.
+desired state at its end, force limits, optimization, excitations; the last two once more where the
+stiffness there works against the control (`stiffness.py`). Within the window skeleton and muscles
+are integrated together with the excitations held, as in forward dynamics.
 """
 
 from __future__ import annotations
@@ -15,24 +16,35 @@ from enum import Enum
 import numpy as np
 
 from ..checks import check_settings, check_step
-from ..errors import ParameterError
+from ..errors import ModelError, ParameterError, WindowError, WrappingError
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..results.trajectory import Trajectory
 from ..simulation.run import number_of_steps, simulate
 from ..skeleton.ahead import IMPLICIT_EULER
+from ..skeleton.opened import Dynamics
+from .recruiting import Excited, Recruited
+from .stiffness import ALLOWED, SLOWEST, Stiffness, end_stiffness, torque_against
 from .tracked import TrackedState, start_tracking, tracked
 from .tracking import TrackingSettings, tracking_start
 from .unified import UnifiedPlugin, UnifiedState
+
+# One window of so many is looked at for a negative stiffness as long as there is none: of -20 kp M
+# (kp = 100 1/s^2) an error grows by half meanwhile.
+LOOKS = 2
 
 
 class Prediction(Enum):
     """Where CMC takes the skeleton to be at a window's end.
 
-    DESIRED: where the motion is, as in the paper.
+    BY_STIFFNESS: where the motion is, but off it by the error that is expected there in directions
+    in which muscles and skeleton together have a negative stiffness; DESIRED, bit by bit, where
+    there are none.
+    DESIRED: where the motion is, as in the paper; unstable where that stiffness is below -kp M.
     SHIFTED: off the motion by the errors at the window's start, as in OpenSim.
     """
 
+    BY_STIFFNESS = "by_stiffness"
     DESIRED = "desired"
     SHIFTED = "shifted"
 
@@ -51,7 +63,7 @@ class CMCSettings(TrackingSettings):
         Step of skeleton and muscles [s]; with the plugin, Exudyn's settings decide.
     """
 
-    prediction: Prediction = Prediction.DESIRED
+    prediction: Prediction = Prediction.BY_STIFFNESS
     window: float = 0.01
     step: float = 0.001
 
@@ -126,10 +138,19 @@ class CMCState(TrackedState, UnifiedState):
         Of the window that goes on [s].
     held : (m,) ndarray
         Its excitations.
+    windows : int
+        How many there were before.
+    stiffness : Stiffness or None
+        The last one that was found.
+    is_unstable : bool
+        It was kept out of the feedback in part.
     """
 
     window_end: float
     held: np.ndarray = field(init=False)
+    windows: int = 0
+    stiffness: Stiffness | None = None
+    is_unstable: bool = False
 
 
 class CMCPlugin(UnifiedPlugin):
@@ -199,6 +220,44 @@ class CMCPlugin(UnifiedPlugin):
         Q_m = ahead.M @ a_cmc + ahead.bias  # (14) with the sign of (6)
         opened = muscles.open(state.a, state.l_t, state.geometry, t_0, t_1)
         reached = muscles.reach(opened, self.model.geometry(*ahead.place))
-        excited = muscles.excite(muscles.recruit(reached, Q_m))
+        recruited = muscles.recruit(reached, Q_m)
+        excited = muscles.tried(recruited)
+        if self.settings.prediction is Prediction.BY_STIFFNESS:
+            expected = tracking.expected_error(t_1, t_0, q, v)
+            against = self._torque_against(expected, ahead, a_cmc, recruited, excited)
+            if against is not None:
+                recruited = muscles.recruit(reached, Q_m + against)
+                excited = muscles.tried(recruited)
+        muscles.check(recruited)
         state.held, state.window_end = excited.window.excitation, t_1
         self.begin_window(t_0, t_1, excited.reserve, excited.window)
+
+    def _torque_against(
+        self,
+        expected: np.ndarray,
+        ahead: Dynamics,
+        a: np.ndarray,
+        recruited: Recruited,
+        excited: Excited,
+    ) -> np.ndarray | None:
+        """Torques (n,) that keep a negative stiffness from making more of the error (n,) that is
+        `expected` at the window's end `ahead`, where accelerations `a` (n,) are demanded."""
+        state, opened = self.state, recruited.reached.opened
+        number, known = state.windows, state.stiffness
+        state.windows += 1
+        if number % LOOKS and not state.is_unstable:
+            return None
+        of_demand = None
+        if known is not None and number // LOOKS % expected.size:
+            of_demand = known.of_demand  # found in one of n looks: one evaluation for each
+        try:
+            slopes = state.muscles.end_slopes(recruited.reached, excited.window.excitation)
+            state.stiffness = end_stiffness(
+                self.model, self.skeleton, ahead, a, recruited, slopes, of_demand
+            )
+        except (ModelError, WindowError, WrappingError):
+            return None  # at the end of what can be evaluated, such as a linkage's dead point
+        least = max(ALLOWED * np.min(state.tracking.kp), SLOWEST / opened.window.h**2)
+        against = torque_against(state.stiffness.symmetric, ahead.M, expected, least)
+        state.is_unstable = against is not None
+        return against

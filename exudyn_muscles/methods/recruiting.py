@@ -24,7 +24,15 @@ from ..recruitment.optimization import Recruiter
 from ..recruitment.problem import Recruitment
 from ..recruitment.settings import RecruitmentSettings
 from ..recruitment.steady import steady_bounds, steady_state
-from ..recruitment.windows import MuscleState, OpenWindow, Reach, Windows, open_window, reach_end
+from ..recruitment.windows import (
+    MuscleState,
+    OpenWindow,
+    Reach,
+    Windows,
+    end_slopes,
+    open_window,
+    reach_end,
+)  # fmt: skip
 from ..recruitment.windows import excite as excitations_of
 from ..results.counts import Counts
 from ..results.recorder import Window
@@ -162,6 +170,13 @@ class MuscleOptimization:
         low, high = reached.reach.low, reached.reach.high
         window = Window(excitation.excitation, demanded, recruitment.unmet, low, force, high)
         return Excited(excitation.activation, excitation.tendon_length, reserve, window)
+
+    def end_slopes(self, reached: Reached, excitation: np.ndarray) -> np.ndarray:
+        """How the forces at the window's end follow the lengths there (m,) [N/m], with these
+        excitations (m,) held."""
+        slopes = end_slopes(reached.reach, excitation)
+        self._counts.window_integrations = self._windows.tally[0]
+        return slopes
 
     def _split(self, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Forces of the muscles (m,) and of the ideal actuators (r,)."""

@@ -91,6 +91,12 @@ class Tracking:
         _, _, a_d = self.desired(t)
         return a_d + self.kv * (v_d - v) + self.kp * (q_d - q)
 
+    def expected_error(self, t: float, t_0: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """q - q_d (n,) at `t` of what is at `q`, `v` at `t_0`, if it does as the law asks."""
+        q_d, v_d, _ = self.desired(t_0)
+        e, e_t, h = q - q_d, v - v_d, t - t_0
+        return e + h * e_t - 0.5 * h * h * (self.kv * e_t + self.kp * e)
+
     def demand(self, t: float, there: Dynamics) -> np.ndarray:
         """Q_m (n,) of (15) at a state."""
         return there.M @ self.acceleration(t, t, *there.place[:2]) + there.bias

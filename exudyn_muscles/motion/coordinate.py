@@ -22,6 +22,8 @@ class Coordinate:
         Held at its default value: the model has no such coordinate.
     rotates : bool
         It is an angle, or one besides what else it moves.
+    joint : str
+        Path of the joint that it belongs to in OpenSim 4, such as `/jointset/elbow`.
     """
 
     name: str
@@ -31,3 +33,4 @@ class Coordinate:
     clamped: bool
     locked: bool
     rotates: bool = True
+    joint: str = ""

@@ -20,7 +20,7 @@ from .activation import activation_rate
 from .arguments import as_rows, check_range
 from .contraction import drift, stopped_rate, tendon_force
 from .course import MAX_STEPS, cubic, length_at, next_end, sensitivity
-from .parameters import ACTIVATION, SWITCH, TAU_A, TAU_D, MuscleSet
+from .parameters import ACTIVATION, PER_L_M0, SWITCH, TAU_A, TAU_D, MuscleSet
 from .rosenbrock import FEWEST, MEMORY
 from .trapezoidal import LONGEST
 
@@ -31,6 +31,9 @@ DEFAULT_TOLERANCE = 1e-4
 SHORTEST = 1e-18
 # A mesh that is used again serves as long as no step's error is this many times what was allowed.
 REUSE = 10.0
+# Half of the difference of lengths by which slopes are found, over the optimal fibre length: far
+# above rounding, far below what bends the force's curve.
+STRETCH = 1e-4
 
 
 class Integrator(Enum):
@@ -136,6 +139,30 @@ def integrate_all(
                 return i
             steps[k, i] = n
             end[0, k, i], end[1, k, i], end[2, k, i], end[3, k, i] = a_1, l_t1, F, F_u
+    return -1
+
+
+@kernel
+def length_slopes(method, tables, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, mesh, slopes):
+    """Write how the forces (m,) at the window's end change with the lengths `l_1` there, while the
+    excitations `u` (m,) and all speeds stay [N/m].
+
+    Of a muscle whose steps fit one of the lengths and not the other nothing is known: zero. `mesh`
+    is scratch of MAX_STEPS. Returns the first muscle that failed, or -1.
+    """
+    for i in range(u.size):
+        d = STRETCH / tables.table[i, PER_L_M0]
+        n, _, _, high, _ = integrate(
+            method, tables, i, a[i], l_t[i], u[i], l_0[i], v_0[i], l_1[i] + d, v_1[i], h,
+            tolerance, mesh, 0,
+        )  # fmt: skip
+        if n < 0:
+            return i
+        n, _, _, low, _ = integrate(
+            method, tables, i, a[i], l_t[i], u[i], l_0[i], v_0[i], l_1[i] - d, v_1[i], h,
+            tolerance, mesh, n,
+        )  # fmt: skip
+        slopes[i] = 0.0 if n < 0 else (max(high, 0.0) - max(low, 0.0)) / (2.0 * d)
     return -1
 
 

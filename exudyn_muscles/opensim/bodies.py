@@ -22,7 +22,7 @@ from .couplers import Coupler, read_couplers
 from .document import Element
 from .frames import ZERO, Place, Z, aligned, moved, pose
 from .functions import Line, as_curve
-from .joints import Axis, Coordinate, read_axes
+from .joints import Axis, Coordinate, joint_path, read_axes
 
 PARTS = ("WrapObjectSet", "components")
 GROUND_PATH = "/ground"
@@ -114,7 +114,7 @@ class Bodies:
             self._add_owner(_body_path(body.name), body)
         joints = model.items("JointSet")
         for joint in joints:
-            self._add_offsets(_joint_path(joint), joint.items("frames"))
+            self._add_offsets(joint_path(joint), joint.items("frames"))
         for body in bodies:
             joints += body.items("Joint")  # before version 4
         self._join([self._end(joint) for joint in joints])
@@ -190,7 +190,7 @@ class Bodies:
             behind = pose(joint, "orientation", "location")
             parent = self._path(joint.get("parent_body"), "/")
             return End(joint, parent, before, _body_path(body.name), behind)
-        own = _joint_path(joint)
+        own = joint_path(joint)
         parent, before = self._on_body(self._path(joint.get("socket_parent_frame"), own))
         child, behind = self._on_body(self._path(joint.get("socket_child_frame"), own))
         return End(joint, parent, before, child, behind)
@@ -300,10 +300,6 @@ class Bodies:
 
 def _body_path(name: str) -> str:
     return GROUND_PATH if name == "ground" else f"/bodyset/{name}"
-
-
-def _joint_path(joint: Element) -> str:
-    return f"/jointset/{joint.name}"
 
 
 def _hinge(coordinate: Coordinate) -> Link:

@@ -90,7 +90,14 @@ def read_axes(joint: Element) -> tuple[list[Coordinate], list[Axis]]:
             Axis(rotates, direction, coordinates[k], line, joint) for rotates, direction, k in table
         ]
     turned = [axis.coordinate.name for axis in axes if axis.coordinate and axis.rotates]
-    return [replace(each, rotates=each.name in turned) for each in coordinates], axes
+    path = joint_path(joint)
+    known = [replace(each, rotates=each.name in turned, joint=path) for each in coordinates]
+    return known, axes
+
+
+def joint_path(joint: Element) -> str:
+    """A joint's path in OpenSim 4."""
+    return f"/jointset/{joint.name}"
 
 
 def _coordinate(element: Element) -> Coordinate:

@@ -10,28 +10,74 @@ import numpy as np
 from ..errors import StorageError
 from ..files.storage import Storage
 from ..forces.actuators import Actuator, actuator_names
+from ..model import MusculoskeletalModel
+from ..motion.coordinate import Coordinate
+from ..results.excitations import EDGE
 from ..results.trajectory import Trajectory
 
 
-def states(trajectory: Trajectory) -> Storage:
+def states(
+    trajectory: Trajectory,
+    model: MusculoskeletalModel | None = None,
+    described: Sequence[Coordinate] = (),
+) -> Storage:
     """Coordinates and speeds [rad or m, /s], activations and fibre lengths [m], as CMC's
     `_states.sto`.
 
-    The labels are OpenSim 4's state paths; those of coordinates lack the joint, without which
-    OpenSim finds them too.
+    The labels are OpenSim 4's state paths. With a model and all coordinates of its file these are
+    the states that its `StatesTrajectory` asks for: coupled and locked coordinates are there, fibre
+    lengths over rigid tendons are not. Without them the coordinates' paths lack the joint.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    model : MusculoskeletalModel, optional
+        The one of the trajectory.
+    described : sequence of Coordinate, optional
+        All coordinates of the model's file, as `read_coordinates` returns them.
+
+    Raises
+    ------
+    StorageError
+        The trajectory is not one of this model, or these are not its coordinates.
     """
-    labels = [f"{name}/{x}" for name in trajectory.coordinate_names for x in ("value", "speed")]
-    labels += [
-        f"/forceset/{name}/{x}"
-        for name in trajectory.muscle_names
-        for x in ("activation", "fiber_length")
-    ]
-    pairs = (
-        (trajectory.coordinates, trajectory.speeds),
-        (trajectory.activations, trajectory.fiber_lengths),
-    )
-    values = [np.stack(pair, axis=2).reshape(len(trajectory.time), -1) for pair in pairs]
-    return Storage(f"{trajectory.method}_states", tuple(labels), trajectory.time, np.hstack(values))
+    coordinates = _coordinates(trajectory, model, described)
+    labels = [f"{path}/{x}" for path in coordinates for x in ("value", "speed")]
+    columns = [column for pair in coordinates.values() for column in pair]
+    rigid = [] if model is None else [x.name for x in model.muscles if x.ignore_tendon_compliance]
+    for i, name in enumerate(trajectory.muscle_names):
+        labels.append(f"/forceset/{name}/activation")
+        columns.append(trajectory.activations[:, i])
+        if name not in rigid:
+            labels.append(f"/forceset/{name}/fiber_length")
+            columns.append(trajectory.fiber_lengths[:, i])
+    table = np.column_stack(columns)
+    return Storage(f"{trajectory.method}_states", tuple(labels), trajectory.time, table)
+
+
+def _coordinates(
+    trajectory: Trajectory, model: MusculoskeletalModel | None, described: Sequence[Coordinate]
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Values and speeds (T,) of every coordinate by its path, without the last word of it."""
+    names, q, v = trajectory.coordinate_names, trajectory.coordinates, trajectory.speeds
+    if model is not None:
+        if (names, trajectory.muscle_names) != (model.coordinates, model.muscles.names):
+            raise StorageError(
+                f"the trajectory has the coordinates {list(names)} and the muscles "
+                f"{list(trajectory.muscle_names)}, the model has others"
+            )
+        names = model.skeleton.tree_coordinates
+        q, v = model.state_of_tree(q, v)
+    moving = {name: (q[:, j], v[:, j]) for j, name in enumerate(names)}
+    if not described:
+        return moving
+    rest, found = np.zeros(len(trajectory.time)), {}
+    for each in described:
+        if each.name not in moving and not each.locked:
+            raise StorageError(f"coordinate '{each.name}' is none of the model's: {list(names)}")
+        held = each.default_value + rest, rest
+        found[f"{each.joint}/{each.name}"] = moving.get(each.name, held)
+    return found
 
 
 def kinematics(trajectory: Trajectory) -> Storage:
@@ -44,8 +90,9 @@ def kinematics(trajectory: Trajectory) -> Storage:
 def controls(trajectory: Trajectory, reserves: Sequence[Actuator] = ()) -> Storage:
     """Excitations, and the reserves' torques over their optimal forces, as CMC's `_controls.sto`.
 
-    A row holds the excitations of the window that ends there, as in OpenSim; the first repeats the
-    second.
+    A row holds the excitations of the window that ends there, as in OpenSim; another one, `EDGE`
+    later, those of the window that begins. Read linearly, as OpenSim does, excitations are thus
+    held, and reserves run linearly.
 
     Parameters
     ----------
@@ -63,10 +110,14 @@ def controls(trajectory: Trajectory, reserves: Sequence[Actuator] = ()) -> Stora
         raise StorageError(
             f"the trajectory has the reserves {list(trajectory.reserve_names)}, got {list(names)}"
         )
-    u = trajectory.excitation_values
-    torques = trajectory.reserves / [reserve.optimal_force for reserve in reserves]
-    values = np.hstack([np.vstack([u[:1], u]), torques.reshape(len(trajectory.window_time), -1)])
-    return Storage("controls", _actuators(trajectory), trajectory.window_time, values)
+    t, u = trajectory.window_time, trajectory.excitation_values
+    forces = [reserve.optimal_force for reserve in reserves]
+    ideal = trajectory.reserves.reshape(len(t), -1) / forces
+    begun = t[1:-1] + EDGE
+    time = np.concatenate([t[:1], np.column_stack([t[1:-1], begun]).ravel(), t[-1:]])
+    at = [np.interp(time, t, column) for column in ideal.T]
+    values = np.column_stack([np.repeat(u, 2, axis=0), *at])
+    return Storage("controls", _actuators(trajectory), time, values)
 
 
 def forces(trajectory: Trajectory) -> Storage:
@@ -90,7 +141,12 @@ def _actuators(trajectory: Trajectory) -> tuple[str, ...]:
 
 
 def write_results(
-    trajectory: Trajectory, stem: str | Path, reserves: Sequence[Actuator] = ()
+    trajectory: Trajectory,
+    stem: str | Path,
+    reserves: Sequence[Actuator] = (),
+    *,
+    model: MusculoskeletalModel | None = None,
+    described: Sequence[Coordinate] = (),
 ) -> list[Path]:
     """Write the files that OpenSim's CMC leaves behind; errors only where a motion was desired.
 
@@ -101,7 +157,10 @@ def write_results(
         What the files' names begin with: `<stem>_states.sto`, `_controls.sto`, `_Kinematics_q.sto`,
         `_Actuation_force.sto` and `_pErr.sto`.
     reserves : sequence of Reserve, PointActuator or TorqueActuator
-        Those of the model.
+        Those of the model; not needed beside it.
+    model : MusculoskeletalModel, optional
+    described : sequence of Coordinate, optional
+        As of `states`, for files that OpenSim replays.
 
     Returns
     -------
@@ -111,10 +170,12 @@ def write_results(
     Raises
     ------
     StorageError
-        As `controls`.
+        As `states` and `controls`.
     """
+    if model is not None:
+        reserves = model.reserves
     tables = {
-        "states": states(trajectory),
+        "states": states(trajectory, model, described),
         "controls": controls(trajectory, reserves),
         "Kinematics_q": kinematics(trajectory),
         "Actuation_force": forces(trajectory),

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..checks import number_within
 from ..errors import MotionError, ParameterError, SpanWarning, warn
-from ..methods.cmc import CMCSettings, Prediction
+from ..methods.cmc import CMCSettings
 from ..methods.cosimulation_settings import CosimulationSettings, Scheme
 from ..methods.tracking import TrackingSettings
 from ..model import MusculoskeletalModel
@@ -19,6 +19,7 @@ from ..recruitment.limits import ControlLimits
 from ..recruitment.normalizers import MaximumIsometricForce, RigidTendonForce
 from .controls import MINIMUM, read_controls
 from .document import NOT_GIVEN, Element, read_document
+from .joints import Coordinate
 from .load import Content, read_model
 from .tasks import Task, read_tasks
 
@@ -59,6 +60,8 @@ class CMCSetup:
     settings : CMCSettings
         Of `computed_muscle_control`.
     results_directory : Path
+    coordinates : tuple of Coordinate
+        All that the model's file has, as `read_coordinates`.
     """
 
     name: str
@@ -66,6 +69,7 @@ class CMCSetup:
     motion: Motion
     settings: CMCSettings
     results_directory: Path
+    coordinates: tuple[Coordinate, ...]
 
     def cosimulation(self, scheme: Scheme = Scheme.FULL) -> CosimulationSettings:
         """The same settings for `cosimulate`, with the window as the step."""
@@ -81,7 +85,7 @@ def load_setup(
     The fast optimization target becomes `RigidTendonForce`, the slow one `MaximumIsometricForce`;
     either way the demanded torques are met as long as they are within reach. Excitations have
     OpenSim's limits [0.02, 1] where no file of control constraints says otherwise. Windows are
-    predicted at the desired motion, which tracks better than OpenSim's prediction, shifted by the
+    predicted as `CMCSettings` does, which tracks better than OpenSim's prediction, shifted by the
     errors (`Prediction.SHIFTED`). Muscles are integrated by the Rosenbrock method.
 
     Every independent coordinate needs a task. Tasks of locked coordinates are left out, and so are
@@ -139,7 +143,6 @@ def load_setup(
         settings = CMCSettings(
             window=window,
             step=window / STEPS,
-            prediction=Prediction.DESIRED,
             normalizer=RigidTendonForce() if fast else MaximumIsometricForce(),
             integrator=Integrator.ROSENBROCK,
             control_limits=_limits(tool, content),
@@ -155,6 +158,7 @@ def load_setup(
         _motion(tool, content, initial_time, final_time),
         settings,
         _path(tool, tool.word("results_directory", default=".")),
+        content.coordinates,
     )
 
 

@@ -3,6 +3,7 @@
     window = open_window(windows, start, h, u)      excitations u held for the time h
     reach = reach_end(window, l, v)                 (8), (9) where it ends with l and l'
     excite(reach, F_opt)                            (11)
+    end_slopes(reach, u)                            how F at the end follows l there
 
 Every evaluation within one window uses the time steps that its first evaluation chose: the forces
 are then smooth functions of the end's lengths and speeds, as Newton's method needs.
@@ -16,7 +17,7 @@ import numpy as np
 
 from ..muscle.course import MAX_STEPS
 from ..muscle.parameters import MuscleSet
-from ..muscle.window import Integrator, check_window, integrate_all
+from ..muscle.window import Integrator, check_window, integrate_all, length_slopes
 from .excitation import excitations
 
 
@@ -143,6 +144,30 @@ def excite(reach: Reach, F_opt: np.ndarray) -> Excitation:
     windows.tally[0] += count
     check_window(failed, windows.muscles, *start, window.h)
     return Excitation(u, end[0], end[1], np.maximum(end[2], 0.0))
+
+
+def end_slopes(reach: Reach, u: np.ndarray) -> np.ndarray:
+    """How the forces at the end follow the lengths there with held excitations `u` (m,) [N/m].
+
+    Raises
+    ------
+    WindowError
+        A muscle's equations could not be integrated; names it.
+    RuntimeError
+        Another window was opened meanwhile.
+    """
+    window = reach.window
+    windows, start = window.windows, window.start
+    _check_open(window)
+    slopes = np.empty(u.size)
+    failed = length_slopes(
+        windows.method, windows.muscles.tables, start.activation, start.tendon_length, u,
+        start.length, start.lengthening_speed, reach.length, reach.lengthening_speed, window.h,
+        windows.tolerance, windows.scratch, slopes,
+    )  # fmt: skip
+    check_window(failed, windows.muscles, *start, window.h)
+    windows.tally[0] += 2 * u.size
+    return slopes
 
 
 def _check_open(window: OpenWindow) -> None:

@@ -13,6 +13,10 @@ from ..errors import ParameterError, StorageError
 from ..files.storage import read_storage
 from ..forces.actuators import Actuator, actuator_names
 
+# How long after the row that ends a window in a file another one begins the next [s]: nothing for a
+# muscle, and another number than the end at any time of a day.
+EDGE = 1e-8
+
 
 class SystemStart(NamedTuple):
     """Where a whole system of bodies and joints began, what is passive with it: the `names` of its
@@ -88,7 +92,8 @@ class Excitations:
     ) -> Excitations:
         """Excitations from a file of controls as OpenSim's CMC writes it, and this package too.
 
-        A row holds the controls of the window that ends there; those of the first do not matter.
+        A row holds the controls of the window that ends there; those of the first do not matter,
+        nor those of a row that only begins a window, next to the row that ends the one before.
 
         Parameters
         ----------
@@ -111,10 +116,13 @@ class Excitations:
         storage = read_storage(file)
         names = actuator_names(reserves)
         try:
-            u, torques = storage.controls(muscles)[1:], storage.controls(names)
-            if len(u) == 0:
+            ends = np.diff(storage.time, prepend=-np.inf) > 2.0 * EDGE
+            t, u, torques = (
+                x[ends] for x in (storage.time, storage.controls(muscles), storage.controls(names))
+            )
+            if len(t) < 2:
                 raise StorageError("controls need at least two rows, the ends of a window")
-            return cls(storage.time, u, torques * [reserve.optimal_force for reserve in reserves])
+            return cls(t, u[1:], torques * [reserve.optimal_force for reserve in reserves])
         except (StorageError, ParameterError) as error:
             raise type(error)(f"{file}: {error}") from error
 

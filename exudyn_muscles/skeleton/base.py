@@ -250,6 +250,10 @@ class ExudynSkeleton(ABC):
         """
         return self._dynamics_there(q, v, t, rule)
 
+    def places_ahead(self, q: np.ndarray, v: np.ndarray, t: float, rule: Rule) -> Iterator[tuple]:
+        """The `place` of `dynamics_ahead` at each of the coordinates `q` (k, n)."""
+        return (self.dynamics_ahead(row, v, t, rule).place for row in q)
+
     @abstractmethod
     def dynamics_held(self) -> Dynamics:
         """As `dynamics`, where what nobody tracks does not give way but keeps its place, as far as

@@ -250,6 +250,9 @@ class Skeleton(ExudynSkeleton):
         M, bias = self.basis.dynamics(self._opened)
         return Dynamics(M, bias, self.place)
 
+    def places_ahead(self, q: np.ndarray, v: np.ndarray, t: float, rule: Rule) -> Iterator[tuple]:
+        return ((row, v) for row in q)
+
     def dynamics_within(self, q: np.ndarray, v: np.ndarray, t: float) -> Dynamics:
         """As `dynamics_at`, at a time within the step that leads to the current state, with
         everything else on its cubic over the step and contacts as they are at its end."""

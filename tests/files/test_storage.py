@@ -354,12 +354,13 @@ def test_translations_stay_in_meters(csf):
     np.testing.assert_array_equal(em.opensim.result_files.kinematics(slid).values, csf.coordinates)
 
 
-def test_controls_are_of_the_window_that_ends(csf):
+def test_controls_end_a_window_and_begin_the_next(csf):
     controls = em.opensim.result_files.controls(csf)
     assert controls.name == "controls" and controls.labels == csf.muscle_names
-    np.testing.assert_array_equal(controls.time, csf.window_time)
-    np.testing.assert_array_equal(controls.values[1:], csf.excitation_values)
-    np.testing.assert_array_equal(controls.values[0], controls.values[1])
+    np.testing.assert_array_equal(controls.time[1::2], csf.window_time[1:])
+    np.testing.assert_allclose(controls.time[::2], csf.window_time[:-1], rtol=0, atol=1.1e-8)
+    np.testing.assert_array_equal(controls.values[1::2], csf.excitation_values)
+    np.testing.assert_array_equal(controls.values[::2], csf.excitation_values)
 
 
 def test_forces_and_errors(helped):
@@ -425,7 +426,7 @@ def test_all_files_of_a_result(csf, tmp_path):
     files = em.opensim.write_results(csf, tmp_path / "swing")
     endings = ["states", "controls", "Kinematics_q", "Actuation_force", "pErr"]
     assert files == [tmp_path / f"swing_{ending}.sto" for ending in endings]
-    assert all(len(em.read_storage(file).time) == 101 for file in files)
+    assert [len(em.read_storage(file).time) for file in files] == [101, 200, 101, 101, 101]
 
 
 def test_nothing_desired_gives_no_errors(tmp_path):

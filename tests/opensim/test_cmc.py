@@ -258,7 +258,7 @@ def test_the_command(method, tmp_path, capsys):
     result = em.Trajectory.load(tmp_path / f"arm26_{method}.npz")
     assert result.settings["control_limits"]["BRA"]
     states = em.read_storage(tmp_path / f"arm26_{method}_states.sto")
-    assert states.labels[0] == "r_shoulder_elev/value"
+    assert states.labels[0] == "/jointset/r_shoulder/r_shoulder_elev/value"
     controls = em.read_storage(tmp_path / f"arm26_{method}_controls.sto")
     assert controls.labels[-1] == "r_elbow_flex_reserve"
     assert (tmp_path / f"arm26_{method}_excitations.png").is_file()

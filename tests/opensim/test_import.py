@@ -483,7 +483,10 @@ def test_coordinates_keep_what_the_file_says(write):
     )
     file = write(joints=PIN.replace('"angle">', f'"angle">{inside}'))
     (found,) = em.opensim.read_coordinates(file)
-    assert found == em.opensim.Coordinate("angle", 0.3, -2.0, (-1.0, 1.5), True, False)
+    expected = em.opensim.Coordinate(
+        "angle", 0.3, -2.0, (-1.0, 1.5), True, False, joint="/jointset/joint"
+    )
+    assert found == expected
     assert em.opensim.load_model(file).skeleton.initial_state() == ([0.3], [-2.0])
 
 

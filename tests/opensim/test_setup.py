@@ -143,7 +143,7 @@ def test_a_setup_as_opensim_prints_it(write, tmp_path):
     assert settings.coordinate_weights == (1.0, 3.0)
     assert (settings.window, settings.step) == (0.01, 0.001)
     assert settings.normalizer == em.RigidTendonForce()
-    assert settings.prediction is em.Prediction.DESIRED
+    assert settings.prediction is em.Prediction.BY_STIFFNESS
     assert settings.control_limits == {"flexor": em.ControlLimits(0.02, 1.0)}
     assert (setup.motion.start, setup.motion.end) == (0.1, 0.4)
     assert setup.results_directory == tmp_path / "results"
