@@ -21,7 +21,7 @@ from ..results.counts import Counts
 from ..results.recorder import Recorder, Row
 from ..results.trajectory import Trajectory
 from ..simulation.controllers import UserControllers
-from ..simulation.ending import warn_of_stop, warn_of_unmet_torque
+from ..simulation.ending import warn_of_shortfalls, warn_of_stop
 from ..simulation.parameters import keep_parameters
 from ..simulation.run import number_of_steps
 from ..skeleton.external_forces import check_external_forces
@@ -165,5 +165,5 @@ def static_optimization(
             raise_as_itself(raised, error)
         finally:
             record.stop()
-    warn_of_unmet_torque(record)
+    warn_of_shortfalls(record, "")
     return record.trajectory()

@@ -43,17 +43,14 @@ def judge_tracking(record: Recorder, end: float) -> str:
     return text
 
 
-def warn_of_tracking(text: str) -> None:
-    """One TrackingWarning for a whole run, if there is anything to say."""
-    if text:
-        warn(f"tracking: {text}", TrackingWarning)
-
-
-def warn_of_unmet_torque(record: Recorder) -> None:
-    """One UnmetTorqueWarning for a whole run, if there is anything to say."""
+def warn_of_shortfalls(record: Recorder, off: str) -> None:
+    """One UnmetTorqueWarning and one TrackingWarning, of how the run is `off`, for a whole run, if
+    there is anything to say."""
     if record.fell_short:
         text = record.trajectory().unmet_torque_report()
         warn(f"unmet torque: {text}", UnmetTorqueWarning)
+    if off:
+        warn(f"tracking: {off}", TrackingWarning)
 
 
 def place(skeleton: ExudynSkeleton, reached: float) -> str:

@@ -33,13 +33,7 @@ from ..results.trajectory import Trajectory
 from ..skeleton.external_forces import check_external_forces
 from ..skeleton.hold import Hold, hold
 from ..skeleton.reading import original, raise_as_itself
-from .ending import (
-    judge_tracking,
-    place,
-    warn_of_early_end,
-    warn_of_tracking,
-    warn_of_unmet_torque,
-)
+from .ending import judge_tracking, place, warn_of_early_end, warn_of_shortfalls
 from .hooks import Hooks
 from .parameters import keep_parameters
 from .settings import RunSettings
@@ -215,8 +209,7 @@ class Plugin(ABC):
             raise_as_itself(raised, error)
         finally:
             record.stop()
-        warn_of_unmet_torque(record)
-        warn_of_tracking(off)
+        warn_of_shortfalls(record, off)
 
     def _own_hooks(self, hooks: Hooks) -> dict[str, Callable]:
         own: dict[str, Callable] = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NoReturn
 
 import exudyn as exu
@@ -115,3 +116,20 @@ def raise_as_itself(raised: BaseException, caught: BaseException) -> NoReturn:
         raise raised
     finally:
         raised.__context__, raised.__suppress_context__ = context, hidden
+
+
+def check_mass_matrix(M: np.ndarray, coordinates: Sequence[str]) -> None:
+    """Raise ModelError unless M (n, n) of these coordinates is positive definite."""
+    if not np.isfinite(M).all():
+        raise ModelError(
+            "the mass matrix is not finite: check masses and inertias of the links; the last link "
+            "of a chain needs a mass"
+        )
+    values, vectors = np.linalg.eigh(M)
+    if not values[0] > 1e-12 * values[-1]:
+        j = int(np.abs(vectors[:, 0]).argmax())
+        raise ModelError(
+            f"the mass matrix is not positive definite (smallest eigenvalue {values[0]:.3g}), "
+            f"mostly in coordinate '{coordinates[j]}': check masses, centers of mass and inertias "
+            "of the links"
+        )

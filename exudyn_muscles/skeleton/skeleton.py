@@ -26,7 +26,14 @@ from .geometry import Geometry, compile_columns, compile_geometry
 from .hold import Hold, hold
 from .independent import Independent
 from .opened import Dynamics, NotOpen, Opened
-from .reading import check_assembled, check_unconstrained, original, raise_as_itself, read_tree
+from .reading import (
+    check_assembled,
+    check_mass_matrix,
+    check_unconstrained,
+    original,
+    raise_as_itself,
+    read_tree,
+)
 from .shown import Sticks, coordinates_shown, tree_sticks
 from .tree import PRISMATIC, tree_frames
 
@@ -184,25 +191,9 @@ class Skeleton(ExudynSkeleton):
             self._opened = Opened(self.mbs, self.object, self.rows, self.basis.known_to_exudyn)
             held.keep(self._opened.leave)
             self._opened.contacts.begin(held)
-            self._check_mass_matrix()
+            check_mass_matrix(self.dynamics().M, self.coordinates)
         except exu.ExudynError as error:
             raise_as_itself(original(error), error)
-
-    def _check_mass_matrix(self) -> None:
-        M = self.dynamics().M
-        if not np.isfinite(M).all():
-            raise ModelError(
-                "the mass matrix is not finite: check masses and inertias of the links; the last "
-                "link of a chain needs a mass"
-            )
-        values, vectors = np.linalg.eigh(M)
-        if not values[0] > 1e-12 * values[-1]:
-            j = int(np.abs(vectors[:, 0]).argmax())
-            raise ModelError(
-                f"the mass matrix is not positive definite (smallest eigenvalue {values[0]:.3g}), "
-                f"mostly in coordinate '{self.coordinates[j]}': check masses, centers of mass and "
-                "inertias of the links"
-            )
 
     # The current state and, once it is open, evaluations there.
 

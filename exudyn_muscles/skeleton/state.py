@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import exudyn as exu
 import numpy as np
 
@@ -75,3 +78,14 @@ class State:
         (q_0, v_0, _), (q_1, v_1, _) = self.at_start, self.current
         ends = np.array([q_0, h * v_0, q_1, h * v_1])
         q_1[:], v_1[:] = value[0] @ ends, slope[0] @ ends / h
+
+    @contextmanager
+    def within(self, t: float) -> Iterator[None]:
+        """Be there at this time."""
+        before = self.snapshot()
+        try:
+            self.go_back_to(t)
+            self._data.SetTime(t)
+            yield
+        finally:
+            self.restore(before)

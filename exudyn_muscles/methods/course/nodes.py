@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.polynomial import legendre
 
@@ -52,9 +54,8 @@ class Nodes:
         )
 
     def away(
-        self, h: float, start: tuple[np.ndarray, np.ndarray], end: tuple[np.ndarray, np.ndarray],
-        a: np.ndarray,
-    ) -> np.ndarray:  # fmt: skip
+        self, h: float, start: Sequence[np.ndarray], end: Sequence[np.ndarray], a: np.ndarray
+    ) -> np.ndarray:
         """q and h q' (2, N), by which accelerations `a` (k, N) over the step h [s] from q, q' at
         its start lead away from those at its end."""
         (q_0, v_0), (q_1, v_1) = start, end

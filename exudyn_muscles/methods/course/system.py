@@ -10,6 +10,7 @@ import numpy as np
 
 from ...errors import ModelError
 from ...model import MusculoskeletalModel
+from ...skeleton.constrained import rotation_vectors
 from ...skeleton.opened import Dynamics
 from ...skeleton.system.geometry import GeometryOnAll
 from ...skeleton.system.skeleton import GeneralSkeleton
@@ -33,7 +34,7 @@ class SystemCourse:
     passes = 2
 
     def __init__(self, model: MusculoskeletalModel, skeleton: GeneralSkeleton) -> None:
-        if skeleton.has_rotation_vectors:
+        if rotation_vectors(model.mbs).size:
             raise ModelError(
                 "Scheme.CONSISTENT: the mbs has nodes of rotation vectors (NodeRigidBodyRotVecLG); "
                 "use nodes of Euler parameters, or Scheme.FULL"
@@ -49,8 +50,10 @@ class SystemCourse:
         # Speeds that leave the constraints would come back as accelerations across them, because
         # Exudyn's Newton makes a step's last speeds meet the constraints; stiff passive directions
         # would be thrown far from where they rest.
-        dq, dv = self._skeleton.now.followed(dq, dv, h)
-        self._skeleton.move(dq, dv)
+        system = self._skeleton.now
+        dq, dv = system.followed(dq, dv, h)
+        system.state.q[:] += dq
+        system.state.v[:] += dv
         return dq, dv
 
     def is_settled(self, h: float) -> bool:
@@ -65,8 +68,9 @@ class SystemCourse:
         return tracked @ B.T
 
     def over(self, step: Step) -> Led:
-        skeleton, h = self._skeleton, step.window.h
-        start, end = skeleton.step_ends()
+        system, h = self._skeleton.now, step.window.h
+        state = system.state
+        start, end = ([x.copy() for x in ends[:2]] for ends in (state.at_start, state.current))
         for nodes in (USUAL, FINE):
             times = step.end - (1.0 - nodes.s) * h
             jumped, loads, states = self._loads(step, nodes.s, times)
@@ -77,7 +81,7 @@ class SystemCourse:
             if k == 0 and step.begun is not None:
                 a[k] = step.begun
                 continue
-            with skeleton.within(t) as system:
+            with state.within(t):
                 a[k] = system.accelerations(loads[k])
         return Led(nodes.away(h, start, end, a), states[0], states[1], a[-1])
 
@@ -111,6 +115,6 @@ class SystemCourse:
             assert isinstance(known, GeometryOnAll)
             return known[:2], known.loads
         assert self._model.loads is not None
-        with self._skeleton.within(t) as system:
-            l, l_rate, of_units = self._model.loads(system.pose())
+        with self._skeleton.now.state.within(t):
+            l, l_rate, of_units = self._model.loads(self._skeleton.pose())
         return (l, l_rate), of_units

@@ -169,3 +169,17 @@ class FrameList:
 def _own_axes(marker: dict) -> np.ndarray:
     """The axes (3, 3) that a marker has on its body or node."""
     return np.array(marker.get("localHT", np.eye(4)), dtype=float).reshape(4, 4)[:3, :3]
+
+
+def read_marker(
+    mbs: exu.MainSystem, marker: exu.MarkerIndex, J: np.ndarray, R: np.ndarray | None
+) -> np.ndarray:
+    """A marker's current position (3,); its Jacobians are written into J (k, 6), and its
+    orientation into R (3, 3) if it has one."""
+    output, item = mbs.GetMarkerOutput, mbs.ComputeItem
+    J[:, :3] = np.asarray(item(marker, exu.ComputeItemType.PositionJacobian)).T
+    J[:, 3:] = 0.0
+    if R is not None:
+        R[:] = np.reshape(output(marker, exu.OutputVariableType.RotationMatrix), (3, 3))
+        J[:, 3:] = np.asarray(item(marker, exu.ComputeItemType.RotationJacobian)).T
+    return np.asarray(output(marker, exu.OutputVariableType.Position))

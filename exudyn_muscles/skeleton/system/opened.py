@@ -22,7 +22,7 @@ from ..constrained import ConstrainedEquations, Factors, short_time
 from ..contacts import Contacts
 from ..opened import Dynamics
 from ..state import State
-from .frame_list import FrameList
+from .frame_list import FrameList, read_marker
 from .frames import Frames
 from .geometry import Pose
 from .measuring import measure_pose, rate_along
@@ -102,25 +102,13 @@ class OpenedSystem:
         x, tables, n = self.state.q, self._tables, len(self._names)
         R, p, J = self._R.copy(), self._p.copy(), np.empty((tables.indices.size, 6))
         for k, marker, turns in self._markers:
-            self._read_marker(k, marker, turns, R, p, J)
+            own = J[tables.starts[k] : tables.starts[k + 1]]
+            p[k] = read_marker(self._mbs, marker, own, R[k] if turns else None)
         z, T = np.empty(n), np.empty((n, x.size))
         measure_pose(self._tracked.table, *tables, x, near, R, p, J, z, T)
         for k, function in self._tracked.functions.items():
             z[k], T[k] = function.value(self._mbs), function.rate(self._mbs)
         return Pose(x.copy(), self.state.v.copy(), tables, Frames(R, p, J), z, T)
-
-    def _read_marker(
-        self, k: int, marker: exu.MarkerIndex, turns: bool, R: np.ndarray, p: np.ndarray,
-        J: np.ndarray,
-    ) -> None:  # fmt: skip
-        own = J[self._tables.starts[k] : self._tables.starts[k + 1]]
-        output, item = self._mbs.GetMarkerOutput, self._mbs.ComputeItem
-        p[k] = output(marker, exu.OutputVariableType.Position)
-        own[:, :3] = np.asarray(item(marker, exu.ComputeItemType.PositionJacobian)).T
-        own[:, 3:] = 0.0
-        if turns:
-            R[k] = np.reshape(output(marker, exu.OutputVariableType.RotationMatrix), (3, 3))
-            own[:, 3:] = np.asarray(item(marker, exu.ComputeItemType.RotationJacobian)).T
 
     def rate(self, pose: Pose) -> np.ndarray:
         """T' x' (n,) there, by central differences along the motion."""

@@ -14,7 +14,6 @@ from ...errors import ModelError, ParameterError
 from ...path.paths import Paths
 from ..ahead import Rule
 from ..base import ExudynSkeleton, Mounted
-from ..constrained import rotation_vectors
 from ..geometry import Geometry
 from ..hold import Hold, hold
 from ..opened import Dynamics, agree
@@ -271,37 +270,6 @@ class GeneralSkeleton(ExudynSkeleton):
     def go_to(self, q: np.ndarray, v: np.ndarray, t: float) -> None:
         self.now.go_to(q, v, t)
         self.now.contacts.settle()
-
-    # All coordinates within a step.
-
-    @property
-    def has_rotation_vectors(self) -> bool:
-        """Whether nodes have such coordinates, which are no sums of what speeds add to them."""
-        return bool(rotation_vectors(self.mbs).size)
-
-    def step_ends(self) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-        """x and x' (N,) at the start of the step and in the current state."""
-        (x_0, v_0, _), (x_1, v_1, _) = self.now.state.at_start, self.now.state.current
-        return (x_0.copy(), v_0.copy()), (x_1.copy(), v_1.copy())
-
-    @contextmanager
-    def within(self, t: float) -> Iterator[OpenedSystem]:
-        """The system at a time within the step that leads to the current state, on the cubic
-        through its ends."""
-        state = self.now.state
-        before = state.snapshot()
-        try:
-            state.go_back_to(t)
-            self.mbs.systemData.SetTime(t)
-            yield self.now
-        finally:
-            state.restore(before)
-
-    def move(self, dx: np.ndarray, dv: np.ndarray) -> None:
-        """Add to all coordinates and speeds (N,) of the current state."""
-        x, v, _ = self.now.state.current
-        x += dx
-        v += dv
 
     # In a run.
 
