@@ -124,6 +124,13 @@ def compile_columns(tree: Tree, table: np.ndarray) -> Callable[[np.ndarray], np.
     return of_tree
 
 
+def with_columns(
+    geometry: Callable[..., Geometry], columns: Callable[[np.ndarray], np.ndarray]
+) -> Callable[..., Geometry]:
+    """The function `geometry` with the actuators' columns at its coordinates."""
+    return lambda q, v: geometry(q, v)._replace(columns=columns(q))
+
+
 def path_points(tree: Tree, paths: Paths, q: ArrayLike) -> list[np.ndarray]:
     """The `lines` of all muscles at the tree's coordinates `q` (n,)."""
     q = np.asarray(q, dtype=float)

@@ -8,7 +8,7 @@ Coordinates are Exudyn's: without the reference coordinates of the node.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import cast
 
@@ -22,7 +22,7 @@ from .ahead import Rule
 from .base import ExudynSkeleton, Mounted
 from .coupling import DependentCoordinate
 from .dependent import Dependent
-from .geometry import Geometry, compile_columns, compile_geometry
+from .geometry import compile_columns, compile_geometry, with_columns
 from .hold import Hold, hold
 from .independent import Independent
 from .opened import Dynamics, NotOpen, Opened
@@ -117,7 +117,7 @@ class Skeleton(ExudynSkeleton):
         columns = compile_columns(self.tree, actuators)
         geometry = compile_geometry(self.tree, paths, muscles)
         if len(actuators):
-            geometry = _with_columns(geometry, columns)
+            geometry = with_columns(geometry, columns)
         return Mounted(self.basis.geometry(geometry), columns)
 
     @property
@@ -345,9 +345,3 @@ class Skeleton(ExudynSkeleton):
 
     def all_rows(self, wanted: np.ndarray) -> np.ndarray:
         return self.basis.all_rows(self._opened, wanted)
-
-
-def _with_columns(
-    geometry: Callable[..., Geometry], columns: Callable[[np.ndarray], np.ndarray]
-) -> Callable[..., Geometry]:
-    return lambda q, v: geometry(q, v)._replace(columns=columns(q))

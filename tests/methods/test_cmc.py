@@ -237,6 +237,7 @@ def test_limits_are_stored_with_the_result():
     }  # fmt: skip
 
 
+@pytest.mark.filterwarnings("ignore::exudyn_muscles.TrackingWarning")
 @pytest.mark.parametrize("step", [0.004, 0.007, 0.008])
 def test_reserves_keep_their_limits_where_steps_do_not_divide_the_window(step):
     arm, motion = planar_arm.build(), planar_arm.motion()

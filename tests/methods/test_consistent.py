@@ -183,6 +183,7 @@ def test_reserves_are_part_of_the_force():
     assert drift(model, result) < 1e-3
 
 
+@pytest.mark.filterwarnings("ignore::exudyn_muscles.TrackingWarning")
 def test_out_of_reach_the_estimate_waits():
     model = pendulum.build()
     violent = em.Motion.from_waypoints(

@@ -202,6 +202,7 @@ def test_a_bad_start_is_named(index, value, message):
         em.forward_dynamics(pendulum.build(), excitations)
 
 
+@pytest.mark.filterwarnings("ignore::exudyn_muscles.TrackingWarning")
 @pytest.mark.filterwarnings("ignore::exudyn_muscles.UnmetTorqueWarning")
 def test_a_muscle_may_be_slack_at_the_start():
     built = pendulum.build()

@@ -41,6 +41,7 @@ def strained():
         reserves=help_,
         torques_unmet=0.2 * one.torques_demanded,
         start_unmet=0.2 * one.torques_demanded[0],
+        torques_ideal=0.1 * one.torques_delivered,
     )
 
 

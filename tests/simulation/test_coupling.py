@@ -646,13 +646,14 @@ def test_warnings_point_at_the_users_line(model):
         np.array([0, 1 / 3, 2 / 3, 1]) * 0.5, np.radians([180.0, 120.0, 240.0, 180.0])
     )
     for method in (em.static_optimization, em.cosimulate):
-        with pytest.warns(em.UnmetTorqueWarning) as caught:
+        with pytest.warns(em.ExudynMusclesWarning) as caught:
             method(model, violent)
-        assert caught[0].filename == __file__
+        assert {each.filename for each in caught} == {__file__}
     start_at(model, violent)
-    with pytest.warns(em.UnmetTorqueWarning) as caught, csf(model, violent).attached():
+    with pytest.warns(em.ExudynMusclesWarning) as caught, csf(model, violent).attached():
         model.mbs.SolveDynamic(settings(end=0.5), solverType=TRAPEZOIDAL)
-    assert caught[0].filename == __file__
+    assert {each.filename for each in caught} == {__file__}
+    assert [each.category for each in caught] == [em.UnmetTorqueWarning, em.TrackingWarning]
 
 
 def test_a_start_away_from_the_motion_is_told(model, motion):

@@ -115,7 +115,8 @@ def check(model, motion, run, known, folder):
             file = folder / "partial.npz"
             partial.save(file)
             stored = em.Trajectory.load(file)
-            assert stored.status in (em.Status.INCOMPLETE, whole.status)
+            # Until its end is judged, a run that has lost its motion is one that was completed.
+            assert stored.status in (em.Status.INCOMPLETE, em.Status.COMPLETE, whole.status)
             for names, rows in ((ARRAYS, len(stored.time)), (OF_WINDOWS, stored.windows)):
                 for name in names:
                     expected = getattr(whole, name)[:rows]
