@@ -40,6 +40,7 @@ def test_the_drift_of_replayed_excitations(name, model):
 
 
 @pytest.mark.filterwarnings("ignore::exudyn_muscles.UnmetTorqueWarning")
+@pytest.mark.filterwarnings("ignore::exudyn_muscles.TrackingWarning")
 def test_the_gains_that_full_cosimulation_bears():
     error = {
         kp: em.cosimulate(

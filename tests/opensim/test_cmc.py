@@ -151,6 +151,7 @@ def test_the_arms_excitations_replay(arm, arm_runs):
     assert np.abs(replay.coordinates - cmc.coordinates).max() < 1e-6
 
 
+@pytest.mark.filterwarnings("ignore::exudyn_muscles.TrackingWarning")
 def test_weak_muscles_without_reserves_end_in_a_report(arm):
     """OpenSim's fast target gives up there."""
     weak = [

@@ -305,6 +305,7 @@ def test_csf_with_the_papers_first_iterate(model, runs):
     np.testing.assert_allclose(result.coordinates, runs["csf"].coordinates, rtol=0, atol=1e-9)
 
 
+@pytest.mark.filterwarnings("ignore::exudyn_muscles.TrackingWarning")
 def test_csf_tracks_beyond_the_muscles_reach():
     """The saturated Newton matrix, too, is that of the independent coordinates."""
     muscles = leg.build().muscles
@@ -317,7 +318,7 @@ def test_csf_tracks_beyond_the_muscles_reach():
     model = leg.build(weak)
     with pytest.warns(em.UnmetTorqueWarning, match="hip|knee"):
         result = em.cosimulate(model, leg.motion(), settings=em.CosimulationSettings(kp=KP))
-    assert result.status is em.Status.COMPLETE
+    assert result.status is em.Status.LOST and result.time[-1] == pytest.approx(leg.motion().end)
     assert result.counts.newton_iterations < 6 * result.counts.steps
 
 

@@ -30,7 +30,8 @@ def test_equations(node_type):
         found.append((M, bias, *model.geometry(*place)[:3]))
     for of_tree, bodies in zip(*found, strict=True):
         scale = max(1.0, np.abs(of_tree).max())
-        np.testing.assert_allclose(bodies, of_tree, rtol=0, atol=1e-10 * scale)
+        # H has differences along the motion in it, rounded to 1e-10.
+        np.testing.assert_allclose(bodies, of_tree, rtol=0, atol=3e-10 * scale)
 
 
 @pytest.mark.parametrize("method", ["csf", "css"])
