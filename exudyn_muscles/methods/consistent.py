@@ -160,7 +160,11 @@ class ConsistentScheme(FullScheme[ConsistentState]):
         state.response = state.learned
         state.begun, state.reserve = trial.begun, trial.excited.reserve
         self._estimate(state, trial.recruited)
-        return trial.excited, self.model.geometry(*self.skeleton.place)
+        excited, geometry = trial.excited, self.model.geometry(*self.skeleton.place)
+        # What the muscles really pull with; the next step sets its own.
+        muscles = excited.activation, excited.tendon_length
+        self.skeleton.apply(self.model.load(geometry, *muscles, excited.reserve))
+        return excited, geometry
 
     def _follow(self, state: ConsistentState, trial: Trial) -> None:
         """Go where the step really leads, as far as is known."""

@@ -14,6 +14,8 @@ import numpy as np
 # open, are said; 11 deg or 20 cm off, excitations of another motion are found; and a joint that is
 # half a turn off has nothing to do with it.
 NOTICEABLE, LOST, ABSURD = 0.02, 0.2, np.pi
+# More than what a start on the motion leaves [rad or m].
+BEGUN_OFF = 1e-4
 
 
 def promised_errors(
@@ -52,4 +54,10 @@ def tracking_report(fields: Mapping[str, Any], excess: np.ndarray) -> str:
                 f"{name}: off the motion from t = {time[first]:.4g} s, by up to "
                 f"{errors[worst, j]:.3g} {unit} at t = {time[worst]:.4g} s"
             )
+    if lines and errors[0].max() > BEGUN_OFF:
+        j = int(errors[0].argmax())
+        lines.append(
+            f"the run began {errors[0, j]:.3g} {fields['coordinate_units'][j]} off in "
+            f"{fields['coordinate_names'][j]}: begin on the motion, or with lower gains"
+        )
     return "; ".join(lines)

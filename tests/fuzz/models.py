@@ -137,7 +137,10 @@ def balanced(model, result, tolerance):
 
 
 def check_result(model, result, status, tolerance):
-    expected = em.Status.COMPLETE if status == "complete" else em.Status.INCOMPLETE
+    if status == "complete" and result.has_lost_its_motion:
+        expected = em.Status.LOST
+    else:
+        expected = em.Status.COMPLETE if status == "complete" else em.Status.INCOMPLETE
     assert result.status is expected, f"{result.status} of a run that was {status}"
     for name in ("coordinates", "speeds", "accelerations", "activations", "tendon_forces",
                  "torques_delivered", "excitation_values", "torques_unmet"):  # fmt: skip

@@ -10,7 +10,7 @@ import exudyn_muscles as em
 from exudyn_muscles.results.tracking import promised_errors
 from models import pendulum, planar_arm
 
-from ..runs import plugin_run, settings
+from ..runs import plugin_run, settings, start_at
 
 CSS = em.Scheme.SIMPLIFIED
 CONSISTENT = em.Scheme.CONSISTENT
@@ -161,6 +161,25 @@ def test_errors_in_the_middle_carry_what_was_off():
         csf(model, pendulum.motion())
     assert any("tracking before: theta: off the motion" in x for x in raised.value.__notes__)
     model.mbs.SetPostStepUserFunction(0)
+
+
+@pytest.mark.filterwarnings("ignore::exudyn_muscles.ExudynMusclesWarning")
+def test_a_start_off_the_motion_is_named_where_it_cost_the_motion():
+    """Ten degrees are more than weak muscles can win back, whatever the gains."""
+    model = weak(pendulum, 0.1)
+    start_at(model, pendulum.motion())
+    q, v = model.skeleton.initial_state()
+    model.skeleton.set_initial_state(q - np.radians(10.0), v)
+    plugin = em.CosimulationPlugin(
+        model, pendulum.motion(), em.CosimulationSettings(kp=400.0, scheme=CONSISTENT)
+    )
+    try:
+        result = plugin_run(model, plugin, settings(0.01, end=1.0))
+        said = result.message
+        assert result.status is em.Status.LOST
+    except em.WindowError as error:
+        said = " ".join(error.__notes__)
+    assert "the run began 0.175 rad off in theta: begin on the motion, or with lower gains" in said
 
 
 def test_what_reserves_carry_is_reported():
