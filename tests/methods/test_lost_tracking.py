@@ -166,7 +166,7 @@ def test_errors_in_the_middle_carry_what_was_off():
 @pytest.mark.filterwarnings("ignore::exudyn_muscles.ExudynMusclesWarning")
 def test_a_start_off_the_motion_is_named_where_it_cost_the_motion():
     """Ten degrees are more than weak muscles can win back, whatever the gains."""
-    model = weak(pendulum, 0.1)
+    model = weak(pendulum, 0.02)
     start_at(model, pendulum.motion())
     q, v = model.skeleton.initial_state()
     model.skeleton.set_initial_state(q - np.radians(10.0), v)
