@@ -12,7 +12,7 @@ import numpy as np
 
 # Errors beyond what the law promises [rad or m]: 1.1 deg or 2 cm, as much as marker data leave
 # open, are said; 11 deg or 20 cm off, excitations of another motion are found; and a joint that is
-# half a turn off has nothing to do with it.
+# half a turn beyond all that the motion has is past looking at.
 NOTICEABLE, LOST, ABSURD = 0.02, 0.2, np.pi
 # More than what a start on the motion leaves [rad or m].
 BEGUN_OFF = 1e-4

@@ -169,7 +169,7 @@ class Plugin(ABC):
         TrackingWarning
             The run is off its motion by more than the control law promises; names the coordinates.
             Where it has lost the motion the result's status is `Status.LOST`, and it is stopped
-            where a coordinate is off by half a turn or more.
+            where a coordinate is half a turn beyond all that the motion has.
         """
         with hold(self.model.mbs) as held, self.attached_to(held):
             yield self
@@ -320,7 +320,7 @@ class Plugin(ABC):
             state.record.complete()
         if self._progress is not None:
             self._progress(t)
-        return not state.is_absurd(t, self.skeleton.q)
+        return not state.is_absurd(self.skeleton.q)
 
     def _add(self, t: float, reserve: np.ndarray, window: Window | None) -> None:
         state, skeleton = self.state, self.skeleton

@@ -46,6 +46,6 @@ class RunState:
     l_t: np.ndarray = field(init=False)
     geometry: Geometry = field(init=False)
 
-    def is_absurd(self, t: float, q: np.ndarray) -> bool:
-        """Whether the coordinates q (n,) at the time `t` have nothing to do with the run's aim."""
+    def is_absurd(self, q: np.ndarray) -> bool:
+        """Whether the coordinates q (n,) have nothing to do with the run's aim."""
         return False
