@@ -103,6 +103,7 @@ class ConsistentScheme(FullScheme[ConsistentState]):
     """CSF whose step goes where the muscles' real forces lead."""
 
     state_kind = ConsistentState
+    goes_by_rule = False
 
     def __init__(self, model: MusculoskeletalModel, settings: CosimulationSettings) -> None:
         super().__init__(model, settings)

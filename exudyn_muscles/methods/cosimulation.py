@@ -118,7 +118,7 @@ class CosimulationPlugin(Plugin):
         self.method = settings.scheme.value
         kind = SCHEMES[settings.scheme]
         self._scheme = kind(model, settings)
-        self.feeds_back = kind.feeds_back
+        self.feeds_back, self.goes_by_rule = kind.feeds_back, kind.goes_by_rule
         super().__init__(model, start, motion.end, settings, motion, progress)
 
     def new_state(self) -> CoupledState:

@@ -55,6 +55,7 @@ class CoupledScheme(ABC, Generic[S]):
     """When within a step the muscles are recruited, and for which torque."""
 
     feeds_back: bool
+    goes_by_rule = True
     state_kind: type[CoupledState] = CoupledState
 
     def __init__(self, model: MusculoskeletalModel, settings: CosimulationSettings) -> None:

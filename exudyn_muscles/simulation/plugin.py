@@ -71,6 +71,7 @@ class Plugin(ABC):
 
     method: str
     feeds_back = True  # the torque depends on the iterate, so that Newton's matrix has to know it
+    goes_by_rule = True  # the coordinates are where Exudyn's rule has them
     settings: RunSettings
     motion: Motion | None
     state: RunState
@@ -311,7 +312,7 @@ class Plugin(ABC):
             )
         state.open = False
         accepted = self.accept(state.t_0, t)
-        if self.settings.project_constraints and self.skeleton.project():
+        if self.settings.project_constraints and self.skeleton.project(self.goes_by_rule):
             state.geometry = self.model.geometry(*self.skeleton.place)
         self._add(t, *accepted)
         state.counts.steps += 1

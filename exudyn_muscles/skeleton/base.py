@@ -214,9 +214,9 @@ class ExudynSkeleton(ABC):
         """By how much the constraints are violated at most there [rad, m or 1]."""
 
     @abstractmethod
-    def project(self) -> bool:
-        """At the end of a step, move the current state to where the constraints are met, the
-        coordinates by the trapezoidal rule; False: there are no constraints."""
+    def project(self, by_rule: bool) -> bool:
+        """At the end of a step, move the current state to where the constraints are met; False:
+        there are none. The coordinates go by the trapezoidal rule, or stay where they are."""
 
     @property
     @abstractmethod

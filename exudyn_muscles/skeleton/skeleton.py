@@ -230,7 +230,7 @@ class Skeleton(ExudynSkeleton):
     def drift(self) -> float:
         return 0.0
 
-    def project(self) -> bool:
+    def project(self, by_rule: bool) -> bool:
         return False
 
     @property

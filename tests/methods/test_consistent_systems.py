@@ -24,6 +24,15 @@ def test_a_closed_loop():
     assert result.counts.newton_iterations < 6 * result.counts.steps
 
 
+def test_joints_that_are_kept_closed():
+    """What is tracked stays where the forces lead: only the rest is moved."""
+    model, motion = pedalling.build(), pedalling.motion()
+    result = run(model, motion, 100.0, project_constraints=True)
+    assert result.constraint_drift.max() < 1e-9
+    assert drift(model, result) < 2e-4
+    assert result.tracking_error_rms()[0] < 2.1e-4
+
+
 @pytest.mark.parametrize("node_type", [EULER, TAIT_BRYAN])
 def test_a_tree_built_of_bodies(node_type):
     """The same excitations as of the tree, to what is left of the discretisation."""

@@ -210,18 +210,20 @@ class GeneralSkeleton(ExudynSkeleton):
     def drift(self) -> float:
         return float(np.abs(self.now.equations(velocity=False)).max(initial=0.0))
 
-    def project(self) -> bool:
+    def project(self, by_rule: bool) -> bool:
         # The rule that Exudyn applies to x is exact to another order on what x is constrained to:
         # left as it is, z would not be the integral of its rate there.
         now, data = self.now, self.mbs.systemData
         if not now.constrained:
             return False
-        t = data.GetTime()
-        h = t - data.GetTime(exu.ConfigurationType.StartOfStep)
-        q_0, v_0, a_0 = self.start
-        now.state.a[:] = now.accelerations(now.load)
-        v = v_0 + 0.5 * h * (a_0 + self.acceleration)
-        now.go_to(q_0 + 0.5 * h * (v_0 + v), v, t)
+        t, q, v = data.GetTime(), self.q, self.v
+        if by_rule:
+            h = t - data.GetTime(exu.ConfigurationType.StartOfStep)
+            q_0, v_0, a_0 = self.start
+            now.state.a[:] = now.accelerations(now.load)
+            v = v_0 + 0.5 * h * (a_0 + self.acceleration)
+            q = q_0 + 0.5 * h * (v_0 + v)
+        now.go_to(q, v, t)
         now.state.a[:] = now.accelerations(now.load)
         return True
 
