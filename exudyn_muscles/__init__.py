@@ -37,6 +37,7 @@ from .methods.cmc import CMCPlugin, CMCSettings, Prediction, computed_muscle_con
 from .methods.cosimulation import CosimulationPlugin, cosimulate
 from .methods.cosimulation_settings import CosimulationSettings, FirstIterate, Predictor, Scheme
 from .methods.forward import ForwardPlugin, ForwardSettings, forward_dynamics
+from .methods.given import ExcitationFunction, SensedState
 from .methods.static import StaticSettings, static_optimization
 from .model import MusculoskeletalModel
 from .motion import LowPass, Motion
@@ -101,6 +102,7 @@ __all__ = [
     "Difference",
     "DisplayError",
     "Equilibrium",
+    "ExcitationFunction",
     "Excitations",
     "ExternalForce",
     "ExudynMusclesError",
@@ -149,6 +151,7 @@ __all__ = [
     "ScalarFunction",
     "Scheme",
     "Schutte1993",
+    "SensedState",
     "SimulationError",
     "Solver",
     "SpanWarning",
