@@ -209,9 +209,7 @@ class Asked(Given):
     def first_activations(self) -> np.ndarray:
         given = self._given.activations
         if given is not None:
-            if isinstance(given, (int, float)):
-                given = np.full(len(self._model.muscles), float(given))
-            return self._allowed("activations at the start", given, self.start)
+            return activations_of(self._model, given)
         return self._lowest.copy() if self._given.senses else self._at(self.start)
 
     def window(self, state: ForwardRun, t_0: float, t_1: float) -> GivenWindow | None:
@@ -265,6 +263,25 @@ def given_for(model: MusculoskeletalModel, excitations: Excitations | Excitation
         "expected Excitations, such as a result's .excitations, or an ExcitationFunction, got "
         f"{type(excitations).__name__}; give it as {instead}"
     )
+
+
+def activations_of(
+    model: MusculoskeletalModel, given: float | ArrayLike | Mapping[str, float]
+) -> np.ndarray:
+    """Activations (m,) of a number for all muscles, or of one for each.
+
+    Raises
+    ------
+    ParameterError
+        They do not fit the muscles, or are outside [0, 1].
+    """
+    names = model.muscles.names
+    if isinstance(given, (int, float)):
+        given = np.full(len(names), float(given))
+    a = _one_each("activations", names, given)
+    for name, value in zip(names, a, strict=True):
+        number_within(f"muscle '{name}': activation", value, 0.0, 1.0)
+    return np.maximum(a, model.muscles.minimum_activation)
 
 
 def start_state(

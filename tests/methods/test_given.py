@@ -214,7 +214,7 @@ def test_a_bad_function_is_named(arguments, message):
 
 def test_bad_activations_at_the_start_are_named():
     given = em.ExcitationFunction(lambda t, state: [0.5, 0.5], end=0.1, activations=[0.1, 0.2, 0.3])
-    with pytest.raises(em.ParameterError, match=r"activations at the start: the shape is \(3,\)"):
+    with pytest.raises(em.ParameterError, match=r"activations: the shape is \(3,\)"):
         em.forward_dynamics(pendulum.build(), given)
 
 
