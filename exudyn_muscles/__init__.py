@@ -36,8 +36,8 @@ from .forces.external import ExternalForce
 from .methods.cmc import CMCPlugin, CMCSettings, Prediction, computed_muscle_control
 from .methods.cosimulation import CosimulationPlugin, cosimulate
 from .methods.cosimulation_settings import CosimulationSettings, FirstIterate, Predictor, Scheme
+from .methods.excitation_function import ExcitationFunction, SensedState
 from .methods.forward import ForwardPlugin, ForwardSettings, forward_dynamics
-from .methods.given import ExcitationFunction, SensedState
 from .methods.rest import muscles_at_rest
 from .methods.static import StaticSettings, static_optimization
 from .model import MusculoskeletalModel

@@ -14,7 +14,8 @@ from ..results.recorder import Window
 from ..results.trajectory import Trajectory
 from ..simulation.run import simulate
 from ..simulation.settings import RunSettings
-from .given import ExcitationFunction, ForwardRun, given_for, start_state
+from .excitation_function import ExcitationFunction
+from .given import ForwardRun, given_for, start_state
 from .unified import UnifiedPlugin, UnifiedState
 
 
