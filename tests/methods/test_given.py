@@ -1,6 +1,8 @@
 """Excitations given muscle by muscle, as functions of time, and as functions of the state."""
 
+import re
 from collections import deque
+from pathlib import Path
 
 import exudyn as exu
 import numpy as np
@@ -155,6 +157,20 @@ def test_a_plugin_runs_twice_with_the_same_bits():
     plugin = em.ForwardPlugin(model, em.ExcitationFunction(stiff, end=0.05))
     first, second = (plugin_run(model, plugin, settings(0.001, 0.05)) for _ in range(2))
     assert same_bits(first, second)
+
+
+def test_what_the_documents_show_runs_as_it_stands():
+    text = (Path(__file__).parents[2] / "docs/given.md").read_text()
+    mapping, functions = re.findall(r"```python\n(.*?)```", text, re.S)[:2]
+    model = pendulum.build()
+    model.skeleton.set_initial_state(np.array([0.4]), np.array([0.5]))
+    shown = {"em": em, "np": np, "model": model, "names": model.muscles.names}
+    exec(mapping + functions, shown)
+    np.testing.assert_array_equal(shown["u"].values, [[0.2, 0.1], [0.5, 0.1]])
+    assert np.ptp(shown["result"].excitation_values, axis=0).min() > 0.1
+    assert same_bits(shown["result"], shown["again"])
+    burst = em.forward_dynamics(model, shown["burst"]).excitation_values
+    np.testing.assert_allclose(burst, [[0.1, 0.1], [0.5, 0.1]])
 
 
 # What is wrong is named
