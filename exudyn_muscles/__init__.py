@@ -36,7 +36,9 @@ from .forces.external import ExternalForce
 from .methods.cmc import CMCPlugin, CMCSettings, Prediction, computed_muscle_control
 from .methods.cosimulation import CosimulationPlugin, cosimulate
 from .methods.cosimulation_settings import CosimulationSettings, FirstIterate, Predictor, Scheme
+from .methods.excitation_function import ExcitationFunction, SensedState
 from .methods.forward import ForwardPlugin, ForwardSettings, forward_dynamics
+from .methods.rest import muscles_at_rest
 from .methods.static import StaticSettings, static_optimization
 from .model import MusculoskeletalModel
 from .motion import LowPass, Motion
@@ -71,6 +73,7 @@ from .results.comparison import Difference
 from .results.counts import Counts, Status
 from .results.excitations import Excitations
 from .results.trajectory import Trajectory
+from .simulation.sensors import muscle_sensor
 from .skeleton.coupling import DependentCoordinate, Follower, linear_function
 from .skeleton.external_forces import add_external_force
 from .skeleton.system.coordinates import (
@@ -101,6 +104,7 @@ __all__ = [
     "Difference",
     "DisplayError",
     "Equilibrium",
+    "ExcitationFunction",
     "Excitations",
     "ExternalForce",
     "ExudynMusclesError",
@@ -149,6 +153,7 @@ __all__ = [
     "ScalarFunction",
     "Scheme",
     "Schutte1993",
+    "SensedState",
     "SimulationError",
     "Solver",
     "SpanWarning",
@@ -180,6 +185,8 @@ __all__ = [
     "integrate_window",
     "linear_function",
     "muscle_dynamics",
+    "muscle_sensor",
+    "muscles_at_rest",
     "opensim",
     "plot",
     "read_storage",

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import ParameterError, StorageError
 from ..files.storage import read_storage
@@ -79,12 +80,58 @@ class Excitations:
             )
         if r.ndim != 2 or r.shape[0] != t.size:
             raise ParameterError(f"excitations: reserves {r.shape} do not fit time {t.shape}")
-        if not (np.isfinite(t).all() and np.isfinite(u).all() and np.isfinite(r).all()):
-            raise ParameterError("excitations: time, values and reserves must be finite")
+        for k, i in np.argwhere(~np.isfinite(u)):
+            raise ParameterError(
+                f"excitations: {u[k, i]} at t = {t[k]:g} s, in column {i} of the values, "
+                "must be finite"
+            )
+        if not (np.isfinite(t).all() and np.isfinite(r).all()):
+            raise ParameterError("excitations: time and reserves must be finite")
         if (np.diff(t) <= 0.0).any():
             raise ParameterError("excitations: time must increase")
         for name, value in (("time", t), ("values", u), ("reserves", r)):
             object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_mapping(
+        cls, time: ArrayLike, values: Mapping[str, ArrayLike], muscles: Sequence[str]
+    ) -> Excitations:
+        """Excitations that are given muscle by muscle.
+
+        Parameters
+        ----------
+        time : (k + 1,) array_like
+            Ends of the k windows [s].
+        values : mapping of str to float or (k,) array_like
+            u of every muscle, constant or in every window.
+        muscles : sequence of str
+            Names of the model's m muscles, in its order.
+
+        Raises
+        ------
+        ParameterError
+            A muscle is missing or unknown, or its values do not fit the time; names it.
+        """
+        t = np.asarray(time, dtype=float)
+        if set(values) != set(muscles):
+            raise ParameterError(
+                f"excitations: the names are {', '.join(map(str, values))}, expected "
+                f"{', '.join(muscles)}"
+            )
+        expected = (max(t.size - 1, 0),)
+        columns = []
+        for name in muscles:
+            try:
+                column = np.asarray(values[name], dtype=float)
+            except (TypeError, ValueError):
+                column = np.array([[np.nan]])
+            if column.shape not in ((), expected):
+                raise ParameterError(
+                    f"excitations: '{name}' has the shape {column.shape}, expected a number or "
+                    f"{expected}, one value for each window between {t.size} times"
+                )
+            columns.append(np.broadcast_to(column, expected))
+        return cls(t, np.column_stack(columns))
 
     @classmethod
     def from_file(

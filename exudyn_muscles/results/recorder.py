@@ -91,6 +91,12 @@ class Recorder:
         return self._rows[-1].time if self._rows else None
 
     @property
+    def excitation(self) -> np.ndarray | None:
+        """u (m,) of the window that leads to the last recorded time, if there is any."""
+        windows = (row.window for row in reversed(self._rows))
+        return next((window.excitation for window in windows if window is not None), None)
+
+    @property
     def fell_short(self) -> bool:
         """Whether any torque was out of reach."""
         windows = (row.window.unmet for row in self._rows if row.window is not None)

@@ -31,10 +31,9 @@ class Hooks:
             getattr(self._mbs, f"Set{name}UserFunction")(self._installed[name])
 
     def check(self) -> None:
-        """Raise ModelError if any of them is no longer there."""
-        lost = [
-            name for name, own in self._installed.items() if user_function(self._mbs, name) != own
-        ]
+        """Raise ModelError if any of them is no longer there, or one has come that nobody calls."""
+        expected = self._before | self._installed
+        lost = [name for name, own in expected.items() if user_function(self._mbs, name) != own]
         if lost:
             raise ModelError(
                 f"the mbs got another {' and another '.join(lost)} user function within "

@@ -550,6 +550,19 @@ def test_a_user_function_replaced_within_the_run_is_named(model, motion, name, a
     assert plugin_run(model, csf(model, motion), settings()).status is em.Status.COMPLETE
 
 
+def test_a_jacobian_that_comes_within_the_run_is_named(model, motion):
+    """Where the plugin has none itself, as with CSS: nobody would put it back or keep it."""
+
+    def run():
+        with csf(model, motion, scheme=em.Scheme.SIMPLIFIED).attached():
+            model.mbs.SetSystemJacobianUserFunction(lambda *arguments: exu.MatrixContainer())
+            model.mbs.SolveDynamic(settings(), solverType=TRAPEZOIDAL)
+
+    with pytest.raises(em.ModelError, match="another SystemJacobian user function"):
+        run()
+    assert model.mbs.GetSystemJacobianUserFunction() == 0
+
+
 def test_the_solver_of_the_users_last_run_comes_back(model, motion):
     """Where the plugin's run had none, or static optimization, which needs none in the mbs."""
     mbs = model.mbs

@@ -6,6 +6,7 @@ import exudyn as exu
 import numpy as np
 
 from ...errors import ModelError
+from ..assembly import assembled_anew
 
 
 def force_object(mbs: exu.MainSystem) -> tuple[exu.ObjectIndex, np.ndarray]:
@@ -29,17 +30,12 @@ def force_object(mbs: exu.MainSystem) -> tuple[exu.ObjectIndex, np.ndarray]:
             found = exu.ObjectIndex(number)
             break
     else:
-        kinds = (exu.ConfigurationType.Initial, exu.ConfigurationType.Current)
-        states = [(kind, data.GetSystemState(kind)) for kind in kinds]
-        size, time = data.ODE2Size(), data.GetTime()
-        found = mbs.AddObject(
-            {
-                "objectType": "GenericODE2", "name": name, "nodeNumbers": nodes,
-                "forceVector": np.zeros(size), "Vshow": False,
-            }
-        )  # fmt: skip
-        mbs.Assemble()
-        for kind, state in states:
-            data.SetSystemState(state, kind)
-        data.SetTime(time)
+        size = data.ODE2Size()
+        with assembled_anew(mbs):
+            found = mbs.AddObject(
+                {
+                    "objectType": "GenericODE2", "name": name, "nodeNumbers": nodes,
+                    "forceVector": np.zeros(size), "Vshow": False,
+                }
+            )  # fmt: skip
     return found, np.array(data.GetObjectLTGODE2(found), dtype=np.int64)
