@@ -114,12 +114,12 @@ def build_parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--kp",
         type=float,
-        help=f"cmc, csf, css: position gain [1/s^2]; default {KP:g}, implied by the paper's errors",
+        help=f"all but static: position gain [1/s^2]; default {KP:g}, by the paper's errors",
     )
     run.add_argument(
         "--kv",
         type=float,
-        help="cmc, csf, css: velocity gain [1/s]; default 2 sqrt(kp), critical damping",
+        help="all but static: velocity gain [1/s]; default 2 sqrt(kp), critical damping",
     )
 
     cmc = command(

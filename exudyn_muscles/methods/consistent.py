@@ -26,6 +26,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..errors import ModelError, StabilityWarning, warn
 from ..model import MusculoskeletalModel
 from ..skeleton.geometry import Geometry
 from ..skeleton.opened import Dynamics
@@ -42,6 +43,9 @@ from .recruiting import Excited, Recruited, Started
 # A correction that changes by less [rad or m] is added at the step's end without another iterate:
 # what it changes in turn is some per cent of it.
 CLOSE = 2e-6
+# Of kp h^2. Courses that run linearly are stable up to 11.8, real muscles on the pendulum up to 3
+# and on the planar arm up to 2.
+HIGHEST_GAIN = 2.0
 
 
 class Trial(NamedTuple):
@@ -113,6 +117,23 @@ class ConsistentScheme(FullScheme[ConsistentState]):
             if isinstance(skeleton, Skeleton)
             else SystemCourse(model, skeleton)
         )
+
+    def ready(self, step: float) -> None:
+        settings, mbs = self.settings, self.model.mbs
+        limit = float(np.max(settings.kp)) * step**2
+        if limit > HIGHEST_GAIN:
+            warn(
+                f"kp h^2 = {limit:.3g} is above {HIGHEST_GAIN:g}, up to which Scheme.CONSISTENT is "
+                "stable on all that was tried; lower kp, or take shorter steps",
+                StabilityWarning,
+            )
+        by_newmark = mbs.sys["simulationSettings"].timeIntegration.generalizedAlpha.useNewmark
+        tree = isinstance(self.skeleton, Skeleton)
+        if not (by_newmark or tree or settings.project_constraints):
+            raise ModelError(
+                "Scheme.CONSISTENT with generalized alpha opens the constraints of a system of "
+                "bodies: use TrapezoidalIndex2, or project_constraints=True"
+            )
 
     def begin(self, state: ConsistentState, start: Started, t: float) -> None:
         state.begun = self._course.begin(t)

@@ -19,19 +19,18 @@ BEGUN_OFF = 1e-4
 
 
 def promised_errors(
-    time: np.ndarray, errors: np.ndarray, settings: Mapping[str, Any]
+    time: np.ndarray, e: np.ndarray, e_t: np.ndarray, settings: Mapping[str, Any]
 ) -> np.ndarray:
-    """What the law with the gains kp and kv of these settings makes of the first of the errors
-    (T, n) at the times (T,).
+    """Errors (T, n) that the law with the gains kp and kv of these settings leaves at the times
+    (T,), from `e`, `e_t` (n,) at the first one.
 
     Examples
     --------
-    >>> errors = np.array([[0.02], [0.02], [0.0]])
-    >>> promised_errors(np.array([0.0, 1e-6, 0.1]), errors, {"kp": 100.0}).round(4)[:, 0]
-    array([0.02  , 0.02  , 0.0147])
+    >>> e, e_t = np.array([0.02]), np.zeros(1)
+    >>> promised_errors(np.array([0.0, 0.1]), e, e_t, {"kp": 100.0}).round(4)[:, 0]
+    array([0.02  , 0.0147])
     """
-    t, e = (time - time[0])[:, None], errors[0]
-    e_t = (errors[1] - errors[0]) / t[1]
+    t = (time - time[0])[:, None]
     kp, kv = np.asarray(settings["kp"]), settings.get("kv")
     half = np.sqrt(kp) if kv is None else 0.5 * np.asarray(kv)
     w = np.sqrt(half**2 - kp + 0j)

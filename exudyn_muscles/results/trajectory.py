@@ -161,7 +161,10 @@ class Trajectory:
         errors = self.tracking_errors()
         if "kp" not in self.settings or self.time.size < 2:
             return np.zeros_like(errors)
-        return np.abs(errors) - np.abs(promised_errors(self.time, errors, self.settings))
+        desired, time = self.desired_coordinates[:3], self.time[:3]
+        v_d = np.gradient(desired, time, axis=0, edge_order=2 if time.size == 3 else 1)[0]
+        e_t = v_d - self.speeds[0]
+        return np.abs(errors) - np.abs(promised_errors(self.time, errors[0], e_t, self.settings))
 
     def reserve_report(self) -> str:
         """One line a coordinate on which reserves or residuals act: their share of the demand, by
@@ -170,10 +173,12 @@ class Trajectory:
         demand = np.sqrt(np.mean(self.torques_demanded**2, axis=0))
         for j, name in enumerate(self.coordinate_names):
             torque = np.abs(self.torques_ideal[:, j])
-            if torque.any():
+            if np.nan_to_num(torque).any():  # NaN: of a file that did not store it yet
                 unit = "N m" if self.coordinate_units[j] == "rad" else "N"
-                share = np.sqrt(np.mean(torque**2)) / demand[j] if demand[j] else np.inf
-                lines.append(f"{name}: {share:.1%} of the demand, up to {torque.max():.3g} {unit}")
+                peak = f"up to {torque.max():.3g} {unit}"
+                share = np.sqrt(np.mean(torque**2)) / demand[j] if demand[j] else np.nan
+                asked = np.isfinite(share)  # a replay demands nothing
+                lines.append(f"{name}: " + (f"{share:.1%} of the demand, " if asked else "") + peak)
         return "; ".join(lines)
 
     def compare(

@@ -215,6 +215,8 @@ def pushed(kp, offset, gain=1.0):
     )
 
 
+@pytest.mark.filterwarnings("ignore::exudyn_muscles.StabilityWarning")
+@pytest.mark.filterwarnings("ignore::exudyn_muscles.TrackingWarning")
 @pytest.mark.parametrize("share", [0.9, 1.05])
 def test_disturbances_grow_and_decay_as_the_eigenvalues_say(share):
     """At the limit of stability of accelerations that run linearly, which is kp h^2 = 11.8."""
@@ -296,3 +298,8 @@ def test_demands_out_of_reach_raise_only_where_a_step_is_accepted():
     )
     with pytest.raises(em.UnmetTorqueError, match=r"t = 0\.\d+ s, short by {'theta'"):
         run(pendulum.build(), motion, raise_on_unmet_torque=True)
+
+
+def test_gains_that_are_too_high_are_warned_of():
+    with pytest.warns(em.StabilityWarning, match=r"kp h\^2 = 2\.5 is above 2"):
+        pushed(2.5e4, 1e-5)

@@ -1,5 +1,6 @@
 """Consistent co-simulation of systems of bodies: all of it goes where the muscles' forces lead."""
 
+import exudyn as exu
 import numpy as np
 import pytest
 
@@ -92,3 +93,18 @@ def test_where_a_step_leads():
     off = np.array([[0.1], [-0.2]])
     away = USUAL.away(h, tuple(start), tuple(end + off), a)
     np.testing.assert_allclose(away[:, 0], [-0.1, 0.2 * h], rtol=0, atol=1e-14)
+
+
+def test_generalized_alpha_is_refused_where_it_opens_joints():
+    alpha = exu.DynamicSolverType.GeneralizedAlpha
+    motion = planar_arm.motion()
+    for project in (False, True):
+        model = as_bodies(planar_arm.build())
+        start_at(model, motion)
+        driven = plugin(model, motion, project_constraints=project)
+        if not project:
+            with pytest.raises(em.ModelError, match="use TrapezoidalIndex2, or project_con"):
+                plugin_run(model, driven, settings(0.01, end=0.1), alpha)
+        else:
+            result = plugin_run(model, driven, settings(0.01, end=0.5), alpha)
+            assert result.tracking_error_rms().max() < 2e-4

@@ -1,5 +1,6 @@
 """A run knows when it has lost its motion, and says which coordinate, when, and by how much."""
 
+import dataclasses
 import warnings
 from dataclasses import replace
 
@@ -142,10 +143,17 @@ def test_what_the_law_promises(kp, kv):
     for _ in t:
         expected.append(state[0])
         state = step @ state
-    errors = np.zeros((t.size, 1))
-    errors[:2, 0] = expected[:2]
-    found = promised_errors(t, errors, {"kp": kp, "kv": kv})
-    np.testing.assert_allclose(found[:, 0], expected, rtol=0, atol=2e-4)
+    found = promised_errors(t, np.array([e]), np.array([e_t]), {"kp": kp, "kv": kv})
+    np.testing.assert_allclose(found[:, 0], expected, rtol=0, atol=1e-6)
+
+
+def test_coarse_steps_promise_nothing():
+    """The first step's own error is no promise: one that is all of the run is said."""
+    short = pendulum.motion().between(0.0, 0.3)
+    with pytest.warns(em.ExudynMusclesWarning) as said:
+        result = csf(weak(pendulum), short, kp=0.01, step=0.3)
+    assert result.status is em.Status.LOST
+    assert {each.category for each in said} == {em.TrackingWarning, em.UnmetTorqueWarning}
 
 
 def test_errors_in_the_middle_carry_what_was_off():
@@ -198,3 +206,7 @@ def test_what_reserves_carry_is_reported():
         muscles + result.torques_ideal, result.torques_delivered, rtol=0, atol=1e-6
     )
     assert csf(planar_arm.build(), planar_arm.motion()).reserve_report() == ""
+    replayed = em.forward_dynamics(model, result.excitations)  # which demands nothing
+    assert replayed.reserve_report().startswith("shoulder: up to ")
+    older = dataclasses.replace(result, torques_ideal=np.full_like(result.torques_ideal, np.nan))
+    assert older.reserve_report() == ""

@@ -60,8 +60,11 @@ class GeneralSkeleton(ExudynSkeleton):
     ) -> None:
         super().__init__(mbs)
         self.check_assembled()
-        if not tracked:
-            raise ParameterError("the skeleton needs at least one tracked coordinate")
+        if not tracked or not all(isinstance(name, str) for name in tracked):
+            raise ParameterError(
+                "the skeleton needs at least one tracked coordinate, each with a text as its name; "
+                f"got {list(tracked)}"
+            )
         self._frames = FrameList(mbs)
         self._forces = force_object(mbs)
         self._tracked = tracked_rows(mbs, self._frames, tracked)
