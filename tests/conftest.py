@@ -4,6 +4,12 @@ Hypothesis draws the same examples in every run, so that a failure can be repeat
 search: `pytest --hypothesis-profile=search`.
 """
 
+import os
+
+# Before NumPy: two threads for the matrices of this size, in each of the processes that run tests
+# side by side, take several times as long as one.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from hypothesis import HealthCheck, settings
 
 from .opensim import ABSENT, REFERENCE

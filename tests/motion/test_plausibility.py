@@ -186,8 +186,9 @@ def write_small_model(folder):
 
 def test_what_a_model_file_says_of_its_coordinates(tmp_path):
     shoulder, elbow = em.opensim.read_coordinates(write_small_model(tmp_path))
-    assert shoulder == described(-1.5, 1.5, "shoulder")
-    assert elbow == described(-1.5, 1.5, "elbow", default_value=0.3, locked=True)
+    joint = {"joint": "/jointset/joint"}
+    assert shoulder == described(-1.5, 1.5, "shoulder", **joint)
+    assert elbow == described(-1.5, 1.5, "elbow", default_value=0.3, locked=True, **joint)
     joints = JOINT.format(kind="SliderJoint", coordinates=coordinates("way"), inside="")
     (way,) = em.opensim.read_coordinates(write_model(tmp_path / "slider.osim", joints=joints))
     assert not way.rotates
