@@ -11,7 +11,7 @@ from pathlib import Path
 from ..muscle.laws import LAWS
 from ..results.quantities import QUANTITIES
 from . import commands
-from .names import CMC_STEPS, KP, METHODS, PROGRAM, STEP
+from .names import CMC_STEPS, KP, METHODS, PROGRAM, STEP, TRACKING
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -138,7 +138,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     cmc.add_argument(
         "--method",
-        choices=["cmc", "csf", "css", "consistent"],
+        choices=TRACKING,
         default="cmc",
         help="computed muscle control (default), full, simplified or consistent co-simulation",
     )

@@ -3,6 +3,7 @@
 PROGRAM = "exudyn-muscles"
 PAPER = {"static": "Static", "cmc": "CMC", "csf": "CSF", "css": "CSS"}  # its Table 2
 METHODS = {**PAPER, "consistent": "Consistent CSF"}
+TRACKING = tuple(method for method in METHODS if method != "static")  # those that move a skeleton
 DIFFER, FAILED = 1, 2
 INTERRUPTED, TERMINATED = 130, 143  # 128 and the number of SIGINT, of SIGTERM
 

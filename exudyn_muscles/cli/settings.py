@@ -13,6 +13,7 @@ from ..methods.cosimulation import cosimulate
 from ..methods.cosimulation_settings import CosimulationSettings, Predictor, Scheme
 from ..methods.static import static_optimization
 from ..results.trajectory import Trajectory
+from .names import TRACKING
 
 
 def method_function(
@@ -41,8 +42,8 @@ def refuse_foreign_options(arguments: argparse.Namespace) -> None:
     if arguments.sto and arguments.out is None:
         raise ParameterError("--sto needs --out DIR, the folder for its files")
     for option, methods in (
-        ("kp", ("cmc", "csf", "css", "consistent")),
-        ("kv", ("cmc", "csf", "css", "consistent")),
+        ("kp", TRACKING),
+        ("kv", TRACKING),
         ("window", ("cmc",)),
         ("predictor", ("css",)),
     ):

@@ -15,8 +15,7 @@ with the correction that the ones before make expect.
 
 What is a correction to one iterate moves the muscles and so asks for another one, the more so the
 lighter a segment and the stiffer its muscles: how they answer is learned (Broyden's method), from
-step to step. The nodes of the muscles' force are more than those of M and H - Q, which are smoother
-and whose values at both ends are known.
+step to step. What happens in a step is found in `course/`, for trees and for systems of bodies.
 """
 
 from __future__ import annotations

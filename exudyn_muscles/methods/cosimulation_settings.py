@@ -70,7 +70,7 @@ class CosimulationSettings(TrackingSettings):
     Raises
     ------
     ParameterError
-        A value is outside its range, or belongs to the other scheme.
+        A value is outside its range, or belongs to another scheme.
     """
 
     scheme: Scheme = Scheme.FULL

@@ -97,8 +97,8 @@ class Windows(Given):
                 f"excitations with {excitations.reserves.shape[1]} reserves for a model with "
                 f"{len(model.reserves)}"
             )
-        for t, row in zip(time, values, strict=False):
-            _check_excitations(names, row, t)
+        for k in np.flatnonzero(~((values >= 0.0) & (values <= 1.0)).all(axis=1))[:1]:
+            _check_excitations(names, values[k], time[k])
         self.initial = excitations.initial
         if self.initial is not None:
             _check_initial(model, *self.initial)
