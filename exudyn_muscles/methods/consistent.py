@@ -45,6 +45,9 @@ CLOSE = 2e-6
 # Of kp h^2. Courses that run linearly are stable up to 11.8, real muscles on the pendulum up to 3
 # and on the planar arm up to 2.
 HIGHEST_GAIN = 2.0
+# Of h times the frequency of what swings undamped, moved twice a step: what is linear grows by 1.0002
+# a step at 1, by 1.02 at 1.5, and by 1.14 at 2.
+HIGHEST_FREQUENCY = 1.5
 
 
 class Trial(NamedTuple):
@@ -124,6 +127,14 @@ class ConsistentScheme(FullScheme[ConsistentState]):
             warn(
                 f"kp h^2 = {limit:.3g} is above {HIGHEST_GAIN:g}, up to which Scheme.CONSISTENT is "
                 "stable on all that was tried; lower kp, or take shorter steps",
+                StabilityWarning,
+            )
+        swing = self._course.fastest() * step
+        if swing > HIGHEST_FREQUENCY:
+            warn(
+                f"the system swings with {swing / step:.3g} rad/s at the start: Scheme.CONSISTENT with "
+                f"steps of {step:g} s runs away where more than {HIGHEST_FREQUENCY / step:.3g} rad/s are "
+                "not damped; take shorter steps, Scheme.FULL or CMC",
                 StabilityWarning,
             )
         by_newmark = mbs.sys["simulationSettings"].timeIntegration.generalizedAlpha.useNewmark

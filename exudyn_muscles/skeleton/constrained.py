@@ -78,6 +78,17 @@ class ConstrainedEquations:
         K = np.asarray(solver.GetSystemJacobian())
         return K if K.shape[0] == self._kept.size else K[np.ix_(self._kept, self._kept)]
 
+    def fastest(self) -> float:
+        """With how much the system swings about its current state at most [rad/s], forces of
+        springs and contacts alone; 0 if nothing pulls it back."""
+        n, K = self._n, self.matrix()
+        right = np.zeros((K.shape[0], n))
+        right[:n] = self.matrix(stiffness=-1.0)[:n, :n] - K[:n, :n]
+        pulled = solved(K, right)
+        if pulled is None:
+            return 0.0
+        return float(np.sqrt(np.linalg.eigvals(pulled[:n]).real.max(initial=0.0)))
+
     @contextmanager
     def free(self) -> Iterator[None]:
         """Be without constraint forces, which Exudyn takes for forces and for what is lacking."""

@@ -10,7 +10,7 @@ from models import pedalling, planar_arm
 
 from ..runs import plugin_run, settings, start_at
 from ..skeleton.system.convert import EULER, TAIT_BRYAN, VECTOR, as_bodies
-from ..skeleton.system.models import MOTION, PASSIVE, Arm
+from ..skeleton.system.models import LENGTH, MOTION, PASSIVE, Arm, spring_hand
 from .test_consistent import drift, plugin, refusing, run
 
 
@@ -108,3 +108,19 @@ def test_generalized_alpha_is_refused_where_it_opens_joints():
         else:
             result = plugin_run(model, driven, settings(0.01, end=0.5), alpha)
             assert result.tracking_error_rms().max() < 2e-4
+
+
+def test_what_swings_too_fast_is_warned_of():
+    """A hand on a spring and the forearm on its hinge, along x: M of both by hand."""
+    (forearm, hand), (length, size) = (3.0, 1.0), (LENGTH, 0.2)
+    of_hand = hand * ((size**2 + 0.08**2) / 12 + (size / 2) ** 2)
+    coupled = of_hand + hand * length * size / 2
+    both = of_hand + hand * (length**2 + length * size)
+    both += forearm * ((length**2 + 0.08**2) / 12 + (length / 2) ** 2)
+    fastest = np.sqrt(20.0 * both / (both * of_hand - coupled**2))
+    model = Arm(spring_hand).model()
+    with model.skeleton.opened():
+        model.skeleton.go_to(np.zeros(1), np.zeros(1), 0.0)
+        assert model.skeleton.now.fastest() == pytest.approx(fastest, rel=1e-9)
+    with pytest.warns(em.StabilityWarning, match=r"swings with 53\.9 rad/s at the start.* 50 rad/s"):
+        run(model, MOTION.between(0.0, 0.09), 100.0, step=0.03)

@@ -62,6 +62,9 @@ class Course(Protocol):
     def begin(self, t: float) -> Any:
         """What the first step needs of its start, which is the current state."""
 
+    def fastest(self) -> float:
+        """With how much what nobody tracks may swing [rad/s]."""
+
     def over(self, step: Step) -> Led:
         """Where a step really leads.
 

@@ -46,6 +46,9 @@ class SystemCourse:
     def begin(self, t: float) -> None:
         """The first step finds out for itself."""
 
+    def fastest(self) -> float:
+        return self._skeleton.now.fastest()
+
     def move(self, dq: np.ndarray, dv: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         # Speeds that leave the constraints would come back as accelerations across them, because
         # Exudyn's Newton makes a step's last speeds meet the constraints; stiff passive directions

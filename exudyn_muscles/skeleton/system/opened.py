@@ -234,6 +234,10 @@ class OpenedSystem:
         right[n:, 0] = K[n:, :n] @ dx
         return self._solved(K, right).T
 
+    def fastest(self) -> float:
+        """With how much the system swings at most [rad/s]; see `ConstrainedEquations`."""
+        return self._equations.fastest()
+
     @property
     def constrained(self) -> bool:
         """Whether there are constraints."""
