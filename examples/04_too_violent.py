@@ -28,7 +28,9 @@ with warnings.catch_warnings():
     results = [
         em.static_optimization(model, violent),
         em.computed_muscle_control(model, violent, settings=em.CMCSettings(**gain)),
-        em.cosimulate(model, violent, settings=em.CosimulationSettings(**gain)),
+        em.cosimulate(
+            model, violent, settings=em.CosimulationSettings(scheme=em.Scheme.FULL, **gain)
+        ),
         em.cosimulate(
             model, violent, settings=em.CosimulationSettings(scheme=em.Scheme.SIMPLIFIED, **gain)
         ),

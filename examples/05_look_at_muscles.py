@@ -22,23 +22,23 @@ out.mkdir(exist_ok=True)
 model, motion = pendulum.build(), pendulum.motion()
 static = em.static_optimization(model, motion)
 cmc = em.computed_muscle_control(model, motion, settings=em.CMCSettings(kp=534.0))
-csf = em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=534.0))
+coupled = em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=534.0))
 
 # Figures: each function returns its axes, so that you can go on drawing in them.
-plot.comparison(static, cmc, csf).savefig(out / "comparison.png", dpi=200)
-panels = plot.forces(csf)
+plot.comparison(static, cmc, coupled).savefig(out / "comparison.png", dpi=200)
+panels = plot.forces(coupled)
 for panel in panels:
     panel.axvline(1 / 3, color="0.5", linestyle=":")  # the motion's turning point at 120 deg
 panels[0].figure.savefig(out / "forces.png", dpi=200)
 
 # Pictures: muscles are blue at activation 0 and red at 1. They need no display.
 for time in (0.0, 0.33, 0.67):
-    view.render(model, csf, time, out / f"pendulum_{round(1000 * time):04d}_ms.png")
+    view.render(model, coupled, time, out / f"pendulum_{round(1000 * time):04d}_ms.png")
 
 print("written:", ", ".join(sorted(file.name for file in out.glob("*.png"))))
 
 # The same in motion. To look at your own run while it is computed, or with your own settings:
-#     with view.show_muscles(model, csf):
-#         mbs.SolutionViewer(view.solution(csf, model))
+#     with view.show_muscles(model, coupled):
+#         mbs.SolutionViewer(view.solution(coupled, model))
 if "--window" in sys.argv:
-    view.view(model, csf)
+    view.view(model, coupled)

@@ -32,8 +32,10 @@ def plugin_run(model, plugin, simulation_settings, solver=TRAPEZOIDAL):
     return plugin.result()
 
 
-def csf(model, motion, **options):
-    return em.CosimulationPlugin(model, motion, em.CosimulationSettings(kp=KP, **options))
+def csf(model, motion, scheme=em.Scheme.FULL, **options):
+    return em.CosimulationPlugin(
+        model, motion, em.CosimulationSettings(scheme=scheme, kp=KP, **options)
+    )
 
 
 def rms_deg(trajectory):

@@ -37,8 +37,8 @@ def test_bodies_and_joints(run):
     variables, printed = run("02")
     assert (np.degrees(variables["result"].tracking_error_rms()) < 0.05).all()
     assert variables["result"].max_unmet_torque == 0.0
-    assert np.degrees(np.ptp(variables["swing"])) == pytest.approx(49.6, abs=0.5)
-    assert "the hand swings by 49.6 deg" in printed
+    assert np.degrees(np.ptp(variables["swing"])) == pytest.approx(49.3, abs=0.5)
+    assert "the hand swings by 49.3 deg" in printed
 
 
 def test_in_your_own_script(run):
@@ -99,8 +99,7 @@ def test_a_law_of_your_own(run, tmp_path):
 def test_pedalling(run, tmp_path):
     variables, printed = run("09")
     assert np.degrees(variables["result"].tracking_error_rms()[0]) < 0.02
-    assert 0.0 < variables["result"].max_constraint_drift < 2e-3
-    assert variables["closed"].max_constraint_drift < 1e-9
-    assert variables["closed"].tracking_error_rms()[0] < variables["result"].tracking_error_rms()[0]
+    assert variables["result"].max_constraint_drift < 2e-6
+    assert 5e-4 < variables["gaps"][False] < 2e-3 and variables["gaps"][True] < 1e-9
     assert "largest gap in the loop" in printed
     assert (tmp_path / "out" / "pedalling.png").stat().st_size > 5000

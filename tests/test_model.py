@@ -163,7 +163,9 @@ METHODS = [
     lambda model, motion: em.computed_muscle_control(
         model, motion, settings=em.CMCSettings(kp=534.0)
     ),
-    lambda model, motion: em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=534.0)),
+    lambda model, motion: em.cosimulate(
+        model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=534.0)
+    ),
 ]
 
 

@@ -44,7 +44,9 @@ def test_the_drift_of_replayed_excitations(name, model):
 def test_the_gains_that_full_cosimulation_bears():
     error = {
         kp: em.cosimulate(
-            pendulum.build(), pendulum.motion(), settings=em.CosimulationSettings(kp=kp)
+            pendulum.build(),
+            pendulum.motion(),
+            settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=kp),
         ).tracking_error_rms()[0]
         for kp in (1e7, 1e8, 1e9)
     }

@@ -45,8 +45,8 @@ CLOSE = 2e-6
 # Of kp h^2. Courses that run linearly are stable up to 11.8, real muscles on the pendulum up to 3
 # and on the planar arm up to 2.
 HIGHEST_GAIN = 2.0
-# Of h times the frequency of what swings undamped, moved twice a step: what is linear grows by 1.0002
-# a step at 1, by 1.02 at 1.5, and by 1.14 at 2.
+# Of h times the frequency of what swings undamped: what is linear and moved twice a step grows by
+# 1.0002 a step at 1, by 1.02 at 1.5, and by 1.14 at 2.
 HIGHEST_FREQUENCY = 1.5
 
 
@@ -132,9 +132,10 @@ class ConsistentScheme(FullScheme[ConsistentState]):
         swing = self._course.fastest() * step
         if swing > HIGHEST_FREQUENCY:
             warn(
-                f"the system swings with {swing / step:.3g} rad/s at the start: Scheme.CONSISTENT with "
-                f"steps of {step:g} s runs away where more than {HIGHEST_FREQUENCY / step:.3g} rad/s are "
-                "not damped; take shorter steps, Scheme.FULL or CMC",
+                f"the system swings with {swing / step:.3g} rad/s at the start: with steps of "
+                f"{step:g} s Scheme.CONSISTENT runs away where more than "
+                f"{HIGHEST_FREQUENCY / step:.3g} rad/s are not damped; take shorter steps, "
+                "Scheme.FULL or CMC",
                 StabilityWarning,
             )
         by_newmark = mbs.sys["simulationSettings"].timeIntegration.generalizedAlpha.useNewmark

@@ -1,7 +1,7 @@
-"""Co-simulation, section 6 of the paper: full (CSF) and simplified (CSS).
+"""Co-simulation, section 6 of the paper: full (CSF) and simplified (CSS), and consistent.
 
-Exudyn integrates the skeleton. In every corrector iteration (CSF), or once at a predicted state
-(CSS), the plugin recruits the muscles for the torque of the control law (15),
+Exudyn integrates the skeleton. In every corrector iteration, or once at a predicted state (CSS),
+the plugin recruits the muscles for the torque of the control law (15),
 
     q''_CTC = q_d'' + k_v e' + k_p e,    Q_m = M q''_CTC + H - Q,
 
@@ -46,6 +46,9 @@ def cosimulate(
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Track a motion by co-simulation of Exudyn's skeleton and the muscles.
+
+    Unless `settings` choose one of the paper's schemes, it is consistent: the excitations found
+    give the motion back in `forward_dynamics`.
 
     Starts at the motion's first state and runs in fixed steps to its end; a last incomplete step is
     left out.

@@ -17,8 +17,8 @@ class Scheme(Enum):
     FULL: in every corrector iteration, as the paper has it; the torque runs through the step as
     Exudyn's integrator has it.
     SIMPLIFIED: once a step, at a predicted state.
-    CONSISTENT: as FULL, and the skeleton feels the force that the muscles really have within the
-    step, so that the excitations reproduce the motion.
+    CONSISTENT: the default; as FULL, and the skeleton feels the force that the muscles really have
+    within the step, so that the excitations reproduce the motion.
     """
 
     FULL = "csf"
@@ -73,7 +73,7 @@ class CosimulationSettings(TrackingSettings):
         A value is outside its range, or belongs to another scheme.
     """
 
-    scheme: Scheme = Scheme.FULL
+    scheme: Scheme = Scheme.CONSISTENT
     step: float = 0.01
     predictor: Predictor = Predictor.CONSTANT_ACCELERATION
     first_iterate: FirstIterate = FirstIterate.DEMAND

@@ -71,7 +71,7 @@ class CMCSetup:
     results_directory: Path
     coordinates: tuple[Coordinate, ...]
 
-    def cosimulation(self, scheme: Scheme = Scheme.FULL) -> CosimulationSettings:
+    def cosimulation(self, scheme: Scheme = Scheme.CONSISTENT) -> CosimulationSettings:
         """The same settings for `cosimulate`, with the window as the step."""
         common = {item.name: getattr(self.settings, item.name) for item in fields(TrackingSettings)}
         return CosimulationSettings(scheme=scheme, step=self.settings.window, **common)

@@ -42,7 +42,13 @@ class Row(NamedTuple):
 
 
 def of_gain(model, motion, kp, until=np.inf):
-    return Row(model, motion, em.CMCSettings(kp=kp), em.CosimulationSettings(kp=kp), until)
+    return Row(
+        model,
+        motion,
+        em.CMCSettings(kp=kp),
+        em.CosimulationSettings(scheme=em.Scheme.FULL, kp=kp),
+        until,
+    )
 
 
 def squat():

@@ -82,7 +82,7 @@ def test_cosimulation(benchmark, rows, form, n, muscles):
     if form == "bodies":
         model = as_bodies(model, TAIT_BRYAN)
     motion = em.Motion.from_waypoints([0.0, SPAN], np.array([np.zeros(n), np.full(n, 0.05)]))
-    settings = em.CosimulationSettings(step=STEP)
+    settings = em.CosimulationSettings(scheme=em.Scheme.FULL, step=STEP)
 
     def run():
         with warnings.catch_warnings():

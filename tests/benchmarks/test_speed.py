@@ -15,7 +15,7 @@ METHODS = {
         model, motion, settings=em.CMCSettings(kp=KP)
     ),
     "csf": lambda model, motion: em.cosimulate(
-        model, motion, settings=em.CosimulationSettings(kp=KP)
+        model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP)
     ),
     "css": lambda model, motion: em.cosimulate(
         model, motion, settings=em.CosimulationSettings(kp=KP, scheme=em.Scheme.SIMPLIFIED)

@@ -310,7 +310,9 @@ def test_states_and_kinematics_of_one_motion():
 @pytest.fixture(scope="module")
 def csf():
     return em.cosimulate(
-        pendulum.build(), pendulum.motion(), settings=em.CosimulationSettings(kp=KP)
+        pendulum.build(),
+        pendulum.motion(),
+        settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP),
     )
 
 

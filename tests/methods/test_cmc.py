@@ -23,7 +23,9 @@ def cmc(model):
 
 @pytest.fixture(scope="module")
 def csf(model):
-    return em.cosimulate(model, pendulum.motion(), settings=em.CosimulationSettings(kp=KP))
+    return em.cosimulate(
+        model, pendulum.motion(), settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP)
+    )
 
 
 def test_cmc_tracks_better_than_csf(cmc, csf):
@@ -311,7 +313,9 @@ def test_forces_on_links_act_in_the_run_as_in_the_recruitment():
     assert (rms_deg(cmc) < 0.006).all()
     replay = em.forward_dynamics(model, cmc.excitations)
     np.testing.assert_allclose(replay.coordinates, cmc.coordinates, rtol=0, atol=1e-10)
-    csf = em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=KP))
+    csf = em.cosimulate(
+        model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP)
+    )
     assert (rms_deg(csf) < 0.007).all()
     np.testing.assert_allclose(csf.reserves[::20], cmc.reserves[::20], rtol=0, atol=0.06)
     # J_m F and S f are what the skeleton got.

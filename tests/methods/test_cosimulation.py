@@ -31,8 +31,10 @@ def motion():
     return pendulum.motion()
 
 
-def run(model, motion, kp=KP, **options):
-    return em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=kp, **options))
+def run(model, motion, kp=KP, scheme=FULL, **options):
+    return em.cosimulate(
+        model, motion, settings=em.CosimulationSettings(scheme=scheme, kp=kp, **options)
+    )
 
 
 def test_csf_has_the_error_of_the_papers_table_2(model, motion):
@@ -196,7 +198,9 @@ def watch_saturated(model, look):
     violent = em.Motion.from_waypoints(
         np.array([0, 1 / 3, 2 / 3, 1]) * 0.5, np.radians([180.0, 120.0, 240.0, 180.0])
     )
-    plugin = em.CosimulationPlugin(model, violent, em.CosimulationSettings(kp=KP))
+    plugin = em.CosimulationPlugin(
+        model, violent, em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP)
+    )
     jacobian = plugin._scheme.jacobian
 
     def watched(state, exact, *factors):
@@ -333,7 +337,10 @@ def test_a_reserve_takes_over_where_the_muscles_end():
         ({"solver": "daqp"}, "solver = 'daqp'"),
         ({"window_tolerance": 0.0}, "tolerance = 0.0 is outside"),
         ({"predictor": 1}, "predictor = 1"),
-        ({"predictor": EXTRAPOLATED}, "predictor = .* does nothing with scheme = Scheme.FULL"),
+        (
+            {"predictor": EXTRAPOLATED},
+            "predictor = .* does nothing with scheme = Scheme.CONSISTENT",
+        ),
         (
             {"scheme": SIMPLIFIED, "first_iterate": em.FirstIterate.RECRUIT},
             "first_iterate = .* does nothing with scheme = Scheme.SIMPLIFIED",
@@ -376,7 +383,11 @@ def test_the_report_names_the_muscles_that_could_do_no_more():
     ]
     model = em.MusculoskeletalModel(arm.mbs, 0, weak, coordinates=["shoulder", "elbow"])
     with pytest.warns(em.UnmetTorqueWarning):
-        result = em.cosimulate(model, planar_arm.motion(), settings=em.CosimulationSettings(kp=KP))
+        result = em.cosimulate(
+            model,
+            planar_arm.motion(),
+            settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP),
+        )
     shoulder, elbow = result.saturated
     assert shoulder == ("shoulder_flexor", "biarticular_flexor")
     assert elbow == ("elbow_flexor", "biarticular_flexor")
@@ -410,6 +421,8 @@ def test_a_joint_that_no_muscle_crosses_changes_nothing(turn):
     model = em.MusculoskeletalModel(mbs, tree, muscles)
     swing = np.column_stack([np.zeros(4), np.radians([180, 120, 240, 180])])
     motion = em.Motion.from_waypoints([0, 1 / 3, 2 / 3, 1], swing)
-    result = em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=KP))
+    result = em.cosimulate(
+        model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP)
+    )
     assert result.max_unmet_torque == 0.0
     assert rms_deg(result)[1] == pytest.approx(0.0186, abs=1e-4)

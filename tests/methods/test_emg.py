@@ -15,7 +15,9 @@ def static(model, motion, **limits):
 
 
 def csf(model, motion, **limits):
-    return em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=400.0, **limits))
+    return em.cosimulate(
+        model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=400.0, **limits)
+    )
 
 
 def css(model, motion, **limits):

@@ -17,8 +17,8 @@ CSS = em.Scheme.SIMPLIFIED
 CONSISTENT = em.Scheme.CONSISTENT
 
 
-def csf(model, motion, **of):
-    return em.cosimulate(model, motion, settings=em.CosimulationSettings(**of))
+def csf(model, motion, scheme=em.Scheme.FULL, **of):
+    return em.cosimulate(model, motion, settings=em.CosimulationSettings(scheme=scheme, **of))
 
 
 def cmc(model, motion, **of):
@@ -98,7 +98,7 @@ def test_it_is_stopped_before_the_numbers_are_absurd():
     model = weak(pendulum, 1e-3)
     model.skeleton.set_initial_state(np.array([np.pi]), np.array([40.0]))
     away = em.Motion.from_waypoints([0.0, 2.0], [np.pi, np.pi])
-    plugin = em.CosimulationPlugin(model, away)
+    plugin = em.CosimulationPlugin(model, away, em.CosimulationSettings(scheme=em.Scheme.FULL))
     with pytest.warns(em.ExudynMusclesWarning) as said:
         result = plugin_run(model, plugin, settings(0.01, end=2.0))
     assert {each.category for each in said} == {em.TrackingWarning, em.UnmetTorqueWarning}
@@ -114,7 +114,7 @@ def test_what_is_kept_or_promised_is_not_lost():
         reserves=[em.Reserve("theta", 1e4)],
     )  # fmt: skip
     strong.skeleton.set_initial_state(np.array([np.pi - 0.4]), np.zeros(1))
-    plugin = em.CosimulationPlugin(strong, motion)
+    plugin = em.CosimulationPlugin(strong, motion, em.CosimulationSettings(scheme=em.Scheme.FULL))
     with pytest.warns(em.StartWarning):
         result = plugin_run(strong, plugin, settings(0.01, end=0.6))
     assert result.status is em.Status.COMPLETE and result.tracking_report() == ""

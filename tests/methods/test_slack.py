@@ -35,7 +35,9 @@ def results(request):
         return model, {
             "static": em.static_optimization(model, motion),
             "cmc": cmc,
-            "csf": em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=KP)),
+            "csf": em.cosimulate(
+                model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP)
+            ),
             "forward": em.forward_dynamics(model, cmc.excitations),
         }
 
@@ -69,7 +71,7 @@ def test_files_and_the_plugin_say_so(results):
     start_at(model, motion)
     lowest = []
     plugin = em.CosimulationPlugin(
-        model, motion, em.CosimulationSettings(kp=KP),
+        model, motion, em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP),
         progress=lambda t: lowest.append(plugin.tendon_forces.min()),
     )  # fmt: skip
     with warnings.catch_warnings():

@@ -107,7 +107,9 @@ def test_a_tendon_too_long_for_the_motion_is_named():
     ):
         em.static_optimization(model, pendulum.motion())
     with pytest.raises(em.ParameterError, match="'long'"):
-        em.cosimulate(model, pendulum.motion(), settings=em.CosimulationSettings(kp=KP))
+        em.cosimulate(
+            model, pendulum.motion(), settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP)
+        )
 
 
 def test_the_step_is_the_settings_or_the_arguments():

@@ -33,7 +33,7 @@ def runs(setup):
     model, motion = setup.model, setup.motion
     return {
         "cmc": em.computed_muscle_control(model, motion, settings=setup.settings),
-        "csf": em.cosimulate(model, motion, settings=setup.cosimulation()),
+        "csf": em.cosimulate(model, motion, settings=setup.cosimulation(em.Scheme.FULL)),
     }
 
 
@@ -161,7 +161,9 @@ def test_weak_muscles_without_reserves_end_in_a_report(arm):
     setup = dataclasses.replace(arm, model=rebuilt(arm.model, weak))
     for compute in (
         lambda: em.computed_muscle_control(setup.model, setup.motion, settings=setup.settings),
-        lambda: em.cosimulate(setup.model, setup.motion, settings=setup.cosimulation()),
+        lambda: em.cosimulate(
+            setup.model, setup.motion, settings=setup.cosimulation(em.Scheme.FULL)
+        ),
     ):
         with pytest.warns(em.UnmetTorqueWarning, match="r_shoulder_elev: demand out of reach"):
             result = compute()

@@ -294,7 +294,9 @@ def test_a_measured_step_hardly_needs_residuals(legs):
             model.coordinates,
             model.skeleton.units,
         )
-        result = em.cosimulate(model, motion)
+        result = em.cosimulate(
+            model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL)
+        )
         assert result.tracking_error_rms().max() < 1.5e-4
         peaks.append(np.abs(result.reserves).max(axis=0))
     assert peaks[0][1] > 700.0 and peaks[1][1] < 25.0 and peaks[1][[0, 2]].max() < 12.0

@@ -246,7 +246,7 @@ def test_a_measured_step_is_tracked(old_leg):
     motion = em.Motion.from_file(
         STANCE / "leg6dof9musc_adjusted_Kinematics_q.sto", model.coordinates, model.skeleton.units
     )
-    result = em.cosimulate(model, motion)
+    result = em.cosimulate(model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL))
     errors = result.coordinates - np.array([motion(t)[0] for t in result.time])
     assert np.sqrt(np.mean(errors**2, axis=0)).max() < 1.5e-4
     followers = model.state_of_tree(result.coordinates)[0]

@@ -36,7 +36,7 @@ def runs(setup):
     return {
         "cmc": em.computed_muscle_control(model, motion, settings=setup.settings),
         "shifted": em.computed_muscle_control(model, motion, settings=shifted),
-        "csf": em.cosimulate(model, motion, settings=setup.cosimulation()),
+        "csf": em.cosimulate(model, motion, settings=setup.cosimulation(em.Scheme.FULL)),
     }
 
 

@@ -154,7 +154,7 @@ def test_a_setup_as_opensim_prints_it(write, tmp_path):
 
 def test_the_same_settings_for_co_simulation(write):
     setup = load(write())
-    csf = setup.cosimulation()
+    csf = setup.cosimulation(em.Scheme.FULL)
     assert csf.scheme is em.Scheme.FULL and csf.step == 0.01
     assert (csf.kp, csf.kv) == (setup.settings.kp, setup.settings.kv)
     assert csf.control_limits == setup.settings.control_limits

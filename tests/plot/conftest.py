@@ -20,7 +20,9 @@ def results():
     return {
         "static": em.static_optimization(model, motion),
         "cmc": cmc,
-        "csf": em.cosimulate(model, motion, settings=em.CosimulationSettings(**gain)),
+        "csf": em.cosimulate(
+            model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL, **gain)
+        ),
         "css": em.cosimulate(
             model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.SIMPLIFIED, **gain)
         ),

@@ -11,7 +11,9 @@ from ..runs import KP
 @pytest.fixture(scope="module")
 def csf():
     return em.cosimulate(
-        pendulum.build(), pendulum.motion(), settings=em.CosimulationSettings(kp=KP)
+        pendulum.build(),
+        pendulum.motion(),
+        settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP),
     )
 
 

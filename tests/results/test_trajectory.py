@@ -45,7 +45,7 @@ def test_tracking_error(csf):
 def test_cpu_time_ends_with_the_run():
     model, motion = pendulum.build(), pendulum.motion().between(0.0, 0.05)
     start_at(model, motion)
-    plugin = em.CosimulationPlugin(model, motion)
+    plugin = em.CosimulationPlugin(model, motion, em.CosimulationSettings(scheme=em.Scheme.FULL))
     plugin_run(model, plugin, settings(end=0.05))
     taken = plugin.result().cpu_time
     begun = process_time()

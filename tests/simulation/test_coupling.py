@@ -46,7 +46,9 @@ def test_a_users_run_equals_the_method(model, motion):
     s = settings()
     s.timeIntegration.newton.useModifiedNewton = False
     result = plugin_run(model, csf(model, motion), s)
-    method = em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=KP))
+    method = em.cosimulate(
+        model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP)
+    )
     assert result.status is em.Status.COMPLETE
     np.testing.assert_allclose(result.coordinates, method.coordinates, atol=1e-9)
 
@@ -173,7 +175,9 @@ def test_consecutive_runs_continue_a_motion(model, motion):
     first = csf(model, motion)
     with first.attached():
         model.mbs.SolveDynamic(settings(end=0.5), solverType=TRAPEZOIDAL, updateInitialValues=True)
-    second = em.CosimulationPlugin(model, motion, em.CosimulationSettings(kp=KP), start=0.5)
+    second = em.CosimulationPlugin(
+        model, motion, em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP), start=0.5
+    )
     with second.attached():
         model.mbs.SolveDynamic(settings(start=0.5, end=1.0), solverType=TRAPEZOIDAL)
     assert first.result().time[-1] == pytest.approx(0.5)
@@ -328,7 +332,10 @@ def failing_at(t_fail, error):
 @pytest.mark.parametrize("error", [Disaster("boom"), KeyboardInterrupt()])
 def test_exceptions_inside_surface_as_themselves(model, motion, error):
     plugin = em.CosimulationPlugin(
-        model, motion, em.CosimulationSettings(kp=KP), progress=failing_at(0.3, error)
+        model,
+        motion,
+        em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP),
+        progress=failing_at(0.3, error),
     )
     with pytest.raises(type(error)) as caught:
         plugin_run(model, plugin, settings())
@@ -393,7 +400,12 @@ def test_the_context_of_an_error_is_kept(model, motion):
             raise Disaster  # noqa: B904
 
     with pytest.raises(Disaster) as caught:
-        em.cosimulate(model, motion, progress=progress)
+        em.cosimulate(
+            model,
+            motion,
+            progress=progress,
+            settings=em.CosimulationSettings(scheme=em.Scheme.FULL),
+        )
     assert isinstance(caught.value.__context__, ZeroDivisionError)
     assert not caught.value.__suppress_context__
 
@@ -423,7 +435,10 @@ def test_ctrl_c_from_the_keyboard(model, motion):
     try:
         with pytest.raises(KeyboardInterrupt) as caught:
             em.cosimulate(
-                model, motion, settings=em.CosimulationSettings(kp=KP), progress=interrupt_at_half
+                model,
+                motion,
+                settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP),
+                progress=interrupt_at_half,
             )
     finally:
         signal.signal(signal.SIGINT, before)
@@ -533,7 +548,9 @@ def test_a_user_function_replaced_within_the_run_is_named(model, motion, name, a
         if abs(t - at) < 1e-9:
             replace()
 
-    plugin = em.CosimulationPlugin(model, motion, em.CosimulationSettings(kp=KP), progress=progress)
+    plugin = em.CosimulationPlugin(
+        model, motion, em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP), progress=progress
+    )
 
     def run():
         with plugin.attached():
@@ -679,7 +696,7 @@ def test_a_tree_that_changed_needs_a_new_model(model, motion):
     model.mbs.SetObjectParameter(0, "baseOffset", [0.02, 0.0, 0.0])
     model.mbs.Assemble()
     with pytest.raises(em.ModelError, match="base of the kinematic tree have changed"):
-        em.cosimulate(model, motion)
+        em.cosimulate(model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL))
 
 
 def test_a_mass_matrix_that_is_not_one_is_named():
@@ -710,7 +727,7 @@ def test_a_mass_matrix_that_is_not_one_is_named():
     strange = em.MusculoskeletalModel(mbs, tree, [unit], coordinates=["hip", "knee"])
     motion = em.Motion.from_waypoints([0.0, 0.1], np.zeros((2, 2)))
     with pytest.raises(em.ModelError, match=r"not positive definite .* coordinate 'knee'"):
-        em.cosimulate(strange, motion)
+        em.cosimulate(strange, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL))
 
 
 @pytest.mark.parametrize(
@@ -764,7 +781,7 @@ def test_cpu_time_is_that_of_the_run_alone(model, motion):
 def test_mbs_changed_after_the_model_was_built(model, motion):
     model.mbs.AddMarker(MarkerKinematicTreeRigid(objectNumber=0, linkNumber=0))
     with pytest.raises(em.ModelError, match="not assembled"):
-        em.cosimulate(model, motion)
+        em.cosimulate(model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL))
 
 
 def test_wrong_number_of_coordinates(model):

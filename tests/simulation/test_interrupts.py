@@ -49,7 +49,9 @@ def cmc(model, motion):
 
 
 def csf(model, motion):
-    return em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=KP))
+    return em.cosimulate(
+        model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP)
+    )
 
 
 def css(model, motion):
@@ -65,7 +67,9 @@ def forward(model, motion):
 
 def plugin(model, motion):
     """A user's own run."""
-    made = em.CosimulationPlugin(model, motion, em.CosimulationSettings(kp=KP))
+    made = em.CosimulationPlugin(
+        model, motion, em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP)
+    )
     with made.attached():
         model.mbs.SolveDynamic(settings(end=0.02), solverType=TRAPEZOIDAL)
     return made.result()

@@ -81,9 +81,15 @@ def test_before_a_run_there_is_nothing_to_show():
 
 def test_of_bodies_and_joints_and_with_the_same_bits():
     plain, watched = Arm().model(), Arm().model()
-    plugin = em.CosimulationPlugin(watched, MOTION)
+    plugin = em.CosimulationPlugin(watched, MOTION, em.CosimulationSettings(scheme=em.Scheme.FULL))
     sensor = em.muscle_sensor(plugin, "activations", "flexor")
-    first, second = run(plain, em.CosimulationPlugin(plain, MOTION)), run(watched, plugin)
+    first, second = (
+        run(
+            plain,
+            em.CosimulationPlugin(plain, MOTION, em.CosimulationSettings(scheme=em.Scheme.FULL)),
+        ),
+        run(watched, plugin),
+    )
     np.testing.assert_array_equal(first.system_coordinates, second.system_coordinates)
     stored = watched.mbs.GetSensorStoredData(sensor)
     np.testing.assert_array_equal(stored[:, 1], second.activations[:, 0])

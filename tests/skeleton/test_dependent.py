@@ -300,7 +300,9 @@ def test_counts_of_csf(runs):
 
 
 def test_csf_with_the_papers_first_iterate(model, runs):
-    settings = em.CosimulationSettings(kp=KP, first_iterate=em.FirstIterate.RECRUIT)
+    settings = em.CosimulationSettings(
+        scheme=em.Scheme.FULL, kp=KP, first_iterate=em.FirstIterate.RECRUIT
+    )
     result = em.cosimulate(model, leg.motion(), settings=settings)
     np.testing.assert_allclose(result.coordinates, runs["csf"].coordinates, rtol=0, atol=1e-9)
 
@@ -317,7 +319,9 @@ def test_csf_tracks_beyond_the_muscles_reach():
     ]  # fmt: skip
     model = leg.build(weak)
     with pytest.warns(em.UnmetTorqueWarning, match="hip|knee"):
-        result = em.cosimulate(model, leg.motion(), settings=em.CosimulationSettings(kp=KP))
+        result = em.cosimulate(
+            model, leg.motion(), settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP)
+        )
     assert result.status is em.Status.LOST and result.time[-1] == pytest.approx(leg.motion().end)
     assert result.counts.newton_iterations < 6 * result.counts.steps
 
@@ -437,7 +441,7 @@ def test_the_mbs_is_left_as_it_was(model):
     motion = leg.motion()
     try:
         em.static_optimization(model, motion)
-        em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=KP))
+        em.cosimulate(model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP))
         plugin_run(model, csf(model, motion), settings(end=0.02))
         assert data.GetODE2Coordinates(configuration=initial).tolist() == before
         options = settings(end=0.02)

@@ -116,7 +116,9 @@ def test_a_prediction_moves_other_bodies_with_their_acceleration():
 
     mbs.SetPreStepUserFunction(look)
     plugin_run(
-        model, em.CosimulationPlugin(model, motion, em.CosimulationSettings(kp=KP)), settings()
+        model,
+        em.CosimulationPlugin(model, motion, em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP)),
+        settings(),
     )
     assert len(errors) == 100
     assert max(errors) < 1e-12

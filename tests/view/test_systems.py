@@ -70,7 +70,9 @@ def motion():
 
 @pytest.fixture(scope="module")
 def trajectory():
-    return em.cosimulate(build(), motion(), settings=em.CosimulationSettings(kp=534.0))
+    return em.cosimulate(
+        build(), motion(), settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=534.0)
+    )
 
 
 @pytest.fixture
@@ -128,7 +130,7 @@ def test_the_drift_is_of_second_order(trajectory):
     assert drift[0] < 1e-12 and 0.0 < trajectory.max_constraint_drift < 2e-3
     assert trajectory.max_constraint_drift == drift.max()
     assert f"violation of constraints [m, rad, or 1]: {drift.max():.2g}" in summary("x", trajectory)
-    fine = em.CosimulationSettings(kp=534.0, step=0.005)
+    fine = em.CosimulationSettings(scheme=em.Scheme.FULL, kp=534.0, step=0.005)
     finer = em.cosimulate(build(), motion(), settings=fine)
     assert finer.max_constraint_drift == pytest.approx(0.25 * drift.max(), rel=0.1)
 
@@ -180,7 +182,9 @@ def test_muscles_sticks_and_own_graphics(model, trajectory):
 def test_results_are_undisturbed(model, trajectory):
     """By what is drawn meanwhile."""
     with view.show_muscles(model, trajectory):
-        inside = em.cosimulate(model, motion(), settings=em.CosimulationSettings(kp=534.0))
+        inside = em.cosimulate(
+            model, motion(), settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=534.0)
+        )
     assert np.array_equal(inside.system_coordinates, trajectory.system_coordinates)
     assert np.array_equal(inside.excitation_values, trajectory.excitation_values)
 

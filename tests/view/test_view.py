@@ -22,7 +22,7 @@ from exudyn_muscles.errors import ParameterError
 from exudyn_muscles.view.colors import BONE
 from models import pendulum
 
-SETTINGS = em.CosimulationSettings(kp=534.0)
+SETTINGS = em.CosimulationSettings(scheme=em.Scheme.FULL, kp=534.0)
 
 
 @pytest.fixture

@@ -88,7 +88,9 @@ def squat(driven):
 
 @pytest.mark.parametrize("driven", [True, False])
 def test_contact(driven):
-    result = em.cosimulate(model(driven), squat(driven))
+    result = em.cosimulate(
+        model(driven), squat(driven), settings=em.CosimulationSettings(scheme=em.Scheme.FULL)
+    )
     assert result.status is em.Status.COMPLETE
     assert result.time[-1] == pytest.approx(1.0)
     assert result.max_unmet_torque == 0.0

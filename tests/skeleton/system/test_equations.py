@@ -113,7 +113,11 @@ def rod(arm):
 def test_constraints_that_cannot_be_served(add, message):
     model = Arm(add).model()
     with pytest.raises(em.ModelError, match=message):
-        em.cosimulate(model, em.Motion.from_waypoints([0.0, 0.1], [[0.0], [0.1]]))
+        em.cosimulate(
+            model,
+            em.Motion.from_waypoints([0.0, 0.1], [[0.0], [0.1]]),
+            settings=em.CosimulationSettings(scheme=em.Scheme.FULL),
+        )
 
 
 def test_two_coordinates_that_are_the_same():

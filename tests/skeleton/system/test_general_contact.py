@@ -163,7 +163,7 @@ def test_rejected_steps(form):
         lambda mbs, t: [10.0, 0.004] if next(repeated) % 7 == 3 else [0.0, -1.0]
     )
     model.skeleton.set_initial_state(*DOWN(0.0)[:2])
-    plugin = em.CosimulationPlugin(model, DOWN)
+    plugin = em.CosimulationPlugin(model, DOWN, em.CosimulationSettings(scheme=em.Scheme.FULL))
     result = plugin_run(model, plugin, settings(0.01, 0.5))
     assert result.status is em.Status.COMPLETE
     assert result.counts.rejected_steps > 5

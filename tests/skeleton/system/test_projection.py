@@ -87,7 +87,9 @@ def test_in_a_users_own_run_with_rejected_steps(solver):
     rejecting = settings(0.01)
     rejecting.timeIntegration.newton.useModifiedNewton = False
     rejecting.timeIntegration.newton.maxIterations = 4
-    plugin = em.CosimulationPlugin(model, TURN, em.CosimulationSettings(project_constraints=True))
+    plugin = em.CosimulationPlugin(
+        model, TURN, em.CosimulationSettings(scheme=em.Scheme.FULL, project_constraints=True)
+    )
     with plugin.attached():
         model.mbs.SolveDynamic(rejecting, solverType=solver)
     result = plugin.result()

@@ -16,7 +16,7 @@ from .models import MOTION, PASSIVE, Arm, spring_hand, wobbling_mass
 
 METHODS = {
     "csf": lambda model, motion, **of: em.cosimulate(
-        model, motion, settings=em.CosimulationSettings(**of)
+        model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL, **of)
     ),
     "css": lambda model, motion, **of: em.cosimulate(
         model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.SIMPLIFIED, **of)
@@ -220,7 +220,7 @@ def test_in_a_users_own_run(solver, adaptive):
     settings.solution.file.write = False
     if adaptive:
         settings.timeIntegration.newton.maxIterations = 3
-    plugin = em.CosimulationPlugin(model, MOTION)
+    plugin = em.CosimulationPlugin(model, MOTION, em.CosimulationSettings(scheme=em.Scheme.FULL))
     with plugin.attached():
         arm.mbs.SolveDynamic(settings, solverType=solver)
     result = plugin.result()
@@ -383,7 +383,7 @@ def test_actuators_and_recorded_forces_on_bodies():
     inertia = 6.0 / 12.0 * (0.3**2 + 0.2**2)
     torque = inertia * a[:, 2] - ((0.05 - q[:, 0]) * 20.0 + q[:, 1] * 3.0)
     np.testing.assert_allclose(result.reserves[:, 2], torque, rtol=0, atol=0.01)
-    coupled = em.cosimulate(model, motion)
+    coupled = em.cosimulate(model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL))
     assert np.abs(coupled.tracking_error_rms()).max() < 2e-5
 
 
