@@ -16,6 +16,7 @@ import numpy as np
 
 from exudyn_muscles.files.disk import write_arrays, write_file
 
+from .opensim import passive_models
 from .own_models import FOLDER, MODEL, OWN, SETUP, body, cmc_files, coordinate, joint, muscle
 
 STATES = 12
@@ -402,6 +403,39 @@ def thelen_curves(kind):
     return found
 
 
+def passive():
+    """Random states q, u (STATES, n) of the model of passive forces, and each force there and the end of a run
+    from the first of them."""
+    import opensim
+
+    bare = load(passive_models.model(muscles=False))
+    free, rng = bare.initSystem(), np.random.default_rng(SEED)
+    coordinates = coordinates_of(bare, free)
+    ranges = [(each.getRangeMin(), each.getRangeMax()) for each in coordinates]
+    q = rng.uniform(*np.transpose(ranges), (STATES, len(ranges)))
+    u = rng.uniform(-1.0, 1.0, q.shape)
+    found = {"q": q, "u": u, "names": np.array([each.getName() for each in coordinates])}
+    for name in passive_models.FORCES:
+        model = load(passive_models.model(name, muscles=False))
+        state, rows = model.initSystem(), []
+        for place, speed in zip(q.tolist(), u.tolist(), strict=True):
+            for each, x, v in zip(coordinates_of(model, state), place, speed, strict=True):
+                each.setValue(state, x, False)
+                each.setSpeedValue(state, v)
+            free.setQ(state.getQ())
+            free.setU(state.getU())
+            rows.append(bias(bare, free) - bias(model, state))
+        found[name] = np.array(rows)
+        for each, x, v in zip(coordinates_of(model, state), q[0], u[0], strict=True):
+            each.setValue(state, float(x), False)
+            each.setSpeedValue(state, float(v))
+        read = [each.getValue for each in coordinates_of(model, opensim.State(state))]
+        times = [0.0, passive_models.SPAN]
+        ends = integrated(model, state, times, lambda now, read=read: [at(now) for at in read])
+        found[f"{name}_end"] = np.array(ends[-1])
+    return found
+
+
 def noisy():
     """Times (121,) and samples (121, 2) of a recorded motion."""
     t = np.arange(121) / 100.0
@@ -506,6 +540,7 @@ def main():
         write_arrays(
             FOLDER / "single.npz", **dict(zip(KINDS, pool.map(single, KINDS), strict=True))
         )
+    write_arrays(FOLDER / "passive.npz", **passive())
     write_arrays(FOLDER / "filtered.npz", **filtered())
     for name, content in stored_files().items():
         write_file(FOLDER / name, content)

@@ -16,7 +16,8 @@ from .kernel_cache import kernel_cache
 
 # Kernels call each other and freeze constants across these files.
 SOURCES = (
-    "numerics", "muscle", "path", "forces", "skeleton/tree.py", "skeleton/geometry.py",
+    "numerics", "muscle", "path", "forces", "forces/passive", "skeleton/tree.py",
+    "skeleton/geometry.py", "skeleton/passive.py",
     "skeleton/dependent.py", "skeleton/rotations.py", "skeleton/system/frames.py",
     "skeleton/system/measuring.py", "skeleton/system/geometry.py", "recruitment",
     "methods/unified.py", "methods/course",

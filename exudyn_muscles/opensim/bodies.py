@@ -133,9 +133,18 @@ class Bodies:
             for surface in owner.items("WrapObjectSet"):
                 self.wraps.setdefault(surface.name, []).append((surface, self._place(path)))
 
-    def place(self, element: Element) -> Place:
-        """Where the frame is that an element names."""
-        return self._place(self._path(element, "/"))
+    @property
+    def angles(self) -> set[str]:
+        """Names of the coordinates that are angles."""
+        return {each.name for each in self.coordinates if each.rotates}
+
+    def add_frames(self, path: str, frames: list[Element]) -> None:
+        """Add the frames that a component has of its own."""
+        self._add_offsets(path, frames)
+
+    def place(self, element: Element, owner: str = "/") -> Place:
+        """Where the frame is that an element of the component `owner` names."""
+        return self._place(self._path(element, owner))
 
     def _place(self, path: str) -> Place:
         body, offset = self._on_body(path)

@@ -16,6 +16,7 @@ from ..model import MusculoskeletalModel
 from ..skeleton.coupling import DependentCoordinate
 from ..skeleton.dependent import Dependent
 from ..skeleton.external_forces import add_external_force
+from ..skeleton.passive import PassiveForce, add_passive_forces
 from ..skeleton.reading import JOINTS
 from .actuators import ACTUATORS, read_actuator
 from .bodies import Bodies, Link
@@ -24,6 +25,7 @@ from .external_loads import read_external_loads
 from .joints import Coordinate
 from .muscles import CLASSES, read_muscle
 from .muscles import REFUSED as REFUSED_MUSCLES
+from .passive_forces import PASSIVE, read_passive_force
 
 TYPES = {number: joint for joint, number in JOINTS.items()}
 # What a model may hold, what of it does not matter, and what has to be empty or switched off.
@@ -97,7 +99,8 @@ def read_model(
         for item in model.items(tag):
             if item.is_on:
                 item.refuse()
-    muscles, reserves, idle = [], [], set()
+    muscles, reserves, passive, idle = [], [], [], set()
+    surfaces = {each.name: each for each in model.items("ContactGeometrySet")}
     more = [read_document(each, "ForceSet").members() for each in force_sets]
     for force in chain(model.items("ForceSet"), *more):
         if not force.is_on:
@@ -106,6 +109,8 @@ def read_model(
             muscles.append(read_muscle(force, bodies))
         elif force.tag in REFUSED_MUSCLES:
             raise force.error(REFUSED_MUSCLES[force.tag])
+        elif force.tag in PASSIVE:
+            passive += read_passive_force(force, bodies, surfaces)
         elif force.tag in ACTUATORS:
             actuator = read_actuator(force, bodies)
             if actuator is None:
@@ -119,7 +124,7 @@ def read_model(
     names = [link.name for link in bodies.links]
     dependent = [link.follows for link in bodies.links if link.follows is not None]
     with model.blamed():
-        mbs, tree = _build(bodies.links, dependent, gravity, forces)
+        mbs, tree = _build(bodies.links, dependent, gravity, forces, passive)
         built = MusculoskeletalModel(
             mbs,
             tree,
@@ -159,6 +164,7 @@ def _build(
     dependent: list[DependentCoordinate],
     gravity: np.ndarray,
     forces: list[ExternalForce],
+    passive: list[PassiveForce],
 ) -> tuple[exu.MainSystem, int]:
     """The assembled system and its tree."""
     q, v = _start(links, dependent)
@@ -180,6 +186,7 @@ def _build(
     )
     for force in forces:
         add_external_force(mbs, tree, force)
+    add_passive_forces(mbs, tree, passive, [link.name for link in links])
     mbs.Assemble()
     return mbs, tree
 

@@ -1,0 +1,1 @@
+"""Forces that the pose and its rate decide: springs, ligaments, limits, bushings, contact."""

@@ -1,0 +1,86 @@
+"""Passive forces against OpenSim's, in Exudyn's own runs, and what is refused."""
+
+import exudyn as exu
+import numpy as np
+import pytest
+
+import exudyn_muscles as em
+
+from ..own_models import FOLDER
+from ..runs import settings
+from . import passive_models
+
+
+def load(tmp_path, text):
+    file = tmp_path / "model.osim"
+    file.write_text(text)
+    return em.opensim.load_model(file)
+
+
+@pytest.fixture(scope="module")
+def numbers():
+    with np.load(FOLDER / "passive.npz") as stored:
+        return dict(stored)
+
+
+STRAIGHT = [name for name in passive_models.FORCES if name != "wrapped"]
+
+
+@pytest.mark.parametrize("name", STRAIGHT)
+def test_forces_are_opensims(name, tmp_path, numbers):
+    """As Exudyn has them in Q: the difference that the force makes there."""
+    found = []
+    for text in (passive_models.model(), passive_models.model(name)):
+        model = load(tmp_path, text)
+        at = [list(numbers["names"]).index(each) for each in model.coordinates]
+        with model.skeleton.opened():
+            rows = []
+            for q, u in zip(numbers["q"], numbers["u"], strict=True):
+                rows.append(model.skeleton.dynamics_at(q[at], u[at], 0.0).bias)
+        found.append(np.array(rows))
+    force = found[0] - found[1]
+    expected = numbers[name][:, at]
+    assert np.abs(expected).max() > 0.1
+    np.testing.assert_allclose(force, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+
+
+def run(model, q, u, step):
+    """The end of a run of Exudyn's own from q, u: the model's muscles are no part of it."""
+    model.mbs.systemData.SetODE2Coordinates(q, configuration=exu.ConfigurationType.Initial)
+    model.mbs.systemData.SetODE2Coordinates_t(u, configuration=exu.ConfigurationType.Initial)
+    model.mbs.SolveDynamic(
+        settings(step, end=passive_models.SPAN), solverType=exu.DynamicSolverType.TrapezoidalIndex2
+    )
+    return model.mbs.systemData.GetODE2Coordinates()
+
+
+@pytest.mark.parametrize("name", STRAIGHT)
+def test_exudyns_own_runs_have_them(name, tmp_path, numbers):
+    """Its steps leave an error of second order: what they agree on is OpenSim's end."""
+    model = load(tmp_path, passive_models.model(name))
+    at = [list(numbers["names"]).index(each) for each in model.coordinates]
+    ends = [run(model, numbers["q"][0][at], numbers["u"][0][at], step) for step in (1e-4, 5e-5)]
+    expected = numbers[f"{name}_end"][at]
+    assert np.abs(ends[1] - expected).max() < 1e-5
+    # A contact that opens leaves an error of its own.
+    rest = 5e-6 if "contact" in name or "crossley" in name else 1e-7
+    assert np.abs((4.0 * ends[1] - ends[0]) / 3.0 - expected).max() < rest
+
+
+CONSERVATIVE = ("path_spring", "ligament", "blankevoort", "wrapped", "two_points", "bushing")
+
+
+@pytest.mark.parametrize("name", CONSERVATIVE)
+def test_forces_at_rest_come_from_an_energy(name, tmp_path, numbers):
+    """Their slopes over the coordinates are symmetric."""
+    model = load(tmp_path, passive_models.model(name))
+    at = [list(numbers["names"]).index(each) for each in model.coordinates]
+    q, e = numbers["q"][2][at], 1e-5
+    with model.skeleton.opened():
+
+        def force(q):
+            return model.skeleton.dynamics_at(q, np.zeros(len(q)), 0.0).bias
+
+        slopes = np.array([(force(q + e * x) - force(q - e * x)) / (2 * e) for x in np.eye(len(q))])
+    assert np.abs(slopes).max() > 10.0
+    np.testing.assert_allclose(slopes, slopes.T, rtol=0, atol=1e-6 * np.abs(slopes).max())
