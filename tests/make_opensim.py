@@ -404,8 +404,8 @@ def thelen_curves(kind):
 
 
 def passive():
-    """Random states q, u (STATES, n) of the model of passive forces, and each force there and the end of a run
-    from the first of them."""
+    """Random states q, u (STATES, n) of the model of passive forces, each force there, and the end
+    of a run from the first of them."""
     import opensim
 
     bare = load(passive_models.model(muscles=False))

@@ -10,14 +10,17 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..numerics.curves import Curve
+from ..path.functions import FunctionPath
 from ..path.points import BEYOND_RANGE, ConditionalPathPoint, MovingPathPoint, PathPoint
 from ..path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapSurface
 from .bodies import Bodies
 from .document import Element
 from .frames import Place, pose
+from .function_paths import read_function_path
 from .functions import Line, as_curve, read_function
 
-PATHS = ("GeometryPath", "path")
+FUNCTION = "FunctionBasedPath"
+PATHS = ("GeometryPath", "path", FUNCTION)
 POINTS, WRAPS = "PathPointSet", "PathWrapSet"
 # Up to this version of the format points may lie in the muscle itself.
 POINTS_INSIDE = 20301
@@ -30,11 +33,22 @@ def path_tags(muscle: Element) -> tuple[str, ...]:
 
 def read_path(
     muscle: Element, bodies: Bodies
-) -> tuple[list[PathPoint | MovingPathPoint], list[PathWrap]]:
-    """The points and wraps of a muscle's path."""
+) -> tuple[list[PathPoint | MovingPathPoint] | FunctionPath, list[PathWrap]]:
+    """The points and wraps of a muscle's path, or the function that it is."""
+    function = _function(muscle)
+    if function is not None:
+        return read_function_path(function, bodies), []
     found = [_point(point, bodies) for point in _items(muscle, POINTS)]
     points = [point for point in found if point is not None]
     return points, [_wrap(wrap, bodies) for wrap in _items(muscle, WRAPS)]
+
+
+def _function(element: Element) -> Element | None:
+    """What is a muscle's path if that is a function of coordinates."""
+    found = element.find(*PATHS)
+    if found is not None and found.tag == "path":
+        found = element.object("path")
+    return found if found is not None and found.tag == FUNCTION else None
 
 
 def _items(element: Element, tag: str) -> list[Element]:
@@ -43,7 +57,7 @@ def _items(element: Element, tag: str) -> list[Element]:
         return element.items(tag)
     path = element.find("GeometryPath") or element.object("path")
     if path.tag != "GeometryPath":
-        path.refuse()  # a function of the coordinates
+        path.refuse()
     path.allow(POINTS, WRAPS)
     return path.items(tag)
 

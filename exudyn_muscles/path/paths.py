@@ -94,6 +94,7 @@ def collect_paths(
     wraps: Sequence[Sequence[PathWrap | WrapSurface]],
     links: int | LinkNumbers,
     coordinates: Sequence[str] | None = None,
+    kind: str = "muscle",
 ) -> Paths:
     """The paths of m muscles, checked against a tree or another system.
 
@@ -108,6 +109,8 @@ def collect_paths(
         messages, and the link, and returns the number of its frame.
     coordinates : sequence of str, optional
         The coordinates' names.
+    kind : str
+        What has the paths, for messages.
 
     Raises
     ------
@@ -120,7 +123,7 @@ def collect_paths(
     else:
         number = partial(check_link_exists, links=links)
         names = tuple(coordinates or (f"q{j}" for j in range(links)))
-    whose = [f"muscle '{name}'" for name in muscles]
+    whose = [f"{kind} '{name}'" for name in muscles]
     wrapped = [
         [PathWrap(wrap) if isinstance(wrap, WrapSurface) else wrap for wrap in each]
         for each in wraps

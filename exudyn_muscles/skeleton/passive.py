@@ -126,10 +126,14 @@ def passive_torque(
     tables, along = _tables(forces, coordinates, len(links))
     of_tree, n, k = links.tables(), len(links), len(along)
     stack = np.empty(STACK + VARIABLES)
-    names = [f"force '{force.name}'" for force in along]
     if along:
         paths = collect_paths(
-            names, [force.path for force in along], [force.wraps for force in along], n, coordinates
+            [force.name for force in along],
+            [force.path for force in along],
+            [force.wraps for force in along],
+            n,
+            coordinates,
+            kind="force",
         )
         of_paths = geometry_tables(links, paths)
 
@@ -140,7 +144,9 @@ def passive_torque(
             l, l_rate, r = np.empty(k), np.empty(k), np.empty((k, n))
             failed = tree_geometry(*of_paths, q, v, l, l_rate, r)
             if failed >= 0:
-                raise WrappingError(f"{names[failed]}: found no way over an ellipsoid at q = {q}")
+                raise WrappingError(
+                    f"force '{along[failed].name}': found no way over an ellipsoid at q = {q}"
+                )
             add_tensions(tables, l, l_rate, r, stack, Q)
         return Q
 
@@ -154,7 +160,8 @@ def _tables(
     numbers = {name: number for number, name in enumerate(coordinates)}
     programs: list[Program] = []
     curves: list[Curve] = [NO_CURVE]
-    on_coordinates, along, between, contacts = [], [], [], []
+    along: list[tuple[PathForce, np.ndarray]] = []
+    on_coordinates, between, contacts = [], [], []
     for force in forces:
         what = f"force '{force.name}'"
         if isinstance(force, CoordinateForce):

@@ -52,7 +52,8 @@ FORCES = {
         <coordinate>flexion</coordinate>
         <expression>-3.5*exp(2*(q-0.1))+2*exp(-4*(q+0.2))-0.3*qdot^3+min(q, 0.1)*sqrt(abs(qdot))
         </expression></ExpressionBasedCoordinateForce>""",
-    "path_spring": f"""<PathSpring name="path_spring">{STRAIGHT}<resting_length>0.18</resting_length>
+    "path_spring": f"""<PathSpring name="path_spring">{STRAIGHT}
+        <resting_length>0.18</resting_length>
         <stiffness>3000</stiffness><dissipation>0.2</dissipation></PathSpring>""",
     "ligament": f"""<Ligament name="ligament">{STRAIGHT}<resting_length>0.2</resting_length>
         <pcsa_force>700</pcsa_force></Ligament>""",
@@ -67,6 +68,13 @@ FORCES = {
     "wrapped": f"""<PathSpring name="wrapped">{PATH.format(wraps=WRAPS)}
         <resting_length>0.18</resting_length><stiffness>3000</stiffness>
         <dissipation>0</dissipation></PathSpring>""",
+    "function_path": """<PathSpring name="function_path"><FunctionBasedPath name="path">
+        <coordinate_paths>/jointset/ankle_joint/flexion /jointset/ground_foot/rotation
+        </coordinate_paths><length_function><MultivariatePolynomialFunction>
+        <coefficients>0.3 0.02 -0.01 0.04 -0.03 0.05</coefficients><dimension>2</dimension>
+        <order>2</order></MultivariatePolynomialFunction></length_function></FunctionBasedPath>
+        <resting_length>0.2</resting_length><stiffness>3000</stiffness>
+        <dissipation>0.2</dissipation></PathSpring>""",
     "two_points": f"""<PointToPointSpring name="two_points">{TWO_POINTS}
         <stiffness>900</stiffness><rest_length>0.25</rest_length></PointToPointSpring>""",
     "point_formula": """<ExpressionBasedPointToPointForce name="formula"><body1>/ground</body1>

@@ -722,7 +722,7 @@ def test_surfaces(kind, size, expected, write):
 
 # -- What is refused ------------------------------------------------------------------------------
 
-SPRING = '<SpringGeneralizedForce name="spring"/>'
+SPRING = '<ElasticFoundationForce name="spring"/>'
 COUPLER = (
     '<ConstraintSet><objects><CoordinateCouplerConstraint name="c">{}'
     "</CoordinateCouplerConstraint></objects></ConstraintSet>"
@@ -762,7 +762,7 @@ def changed(of, old, new):
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        ({"forces": muscle() + SPRING}, "ForceSet / SpringGeneralizedForce 'spring': this cannot"),
+        ({"forces": muscle() + SPRING}, "ForceSet / ElasticFoundationForce 'spring': this cannot"),
         ({"forces": muscle("RigidTendonMuscle")}, "RigidTendonMuscle 'muscle': this cannot"),
         ({"forces": muscle("Delp1990Muscle_Deprecated")},
          "Delp1990Muscle_Deprecated 'muscle': a mass moves between its fibre and its tendon"),

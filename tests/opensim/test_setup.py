@@ -425,7 +425,7 @@ COUPLED = """<ConstraintSet><objects><CoordinateCouplerConstraint name="c">
 <dependent_coordinate_name>elbow</dependent_coordinate_name></CoordinateCouplerConstraint></objects>
 </ConstraintSet>"""
 BOTH = task("shoulder"), task("elbow")
-SPRING = '<SpringGeneralizedForce name="spring"/>'
+SPRING = '<ElasticFoundationForce name="spring"/>'
 
 
 def refused_setup(tag, value, message):
@@ -494,7 +494,7 @@ REFUSED = [
      "<task_set_file>", "no task that is on and active tracks shoulder"),
     ({"files": {"tasks.xml": controls()}}, "tasks.xml", "<ControlSet",
      "this is not a CMC_TaskSet file"),
-    refused_forces("SpringGen", "ForceSet / SpringGeneralizedForce 'spring': this cannot", SPRING),
+    refused_forces("SpringGen", "ForceSet / ElasticFoundationForce 'spring': this cannot", SPRING),
     refused_forces("<coordinate>", "'knee' is no independent coordinate", reserve("knee")),
     refused_forces("<coordinate>", "'elbow' is no independent coordinate, those are shoulder",
                    reserve("elbow"), model={"rest": COUPLED}),

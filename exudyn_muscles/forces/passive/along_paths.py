@@ -7,15 +7,13 @@ from dataclasses import KW_ONLY, dataclass, field
 
 import numpy as np
 
-from ...checks import number_within
-from ...errors import ParameterError
 from ...numerics.curves import Curve, evaluate
 from ...numerics.kernel import kernel
 from ...path.functions import FunctionPath
 from ...path.points import MovingPathPoint, PathPoint
 from ...path.surfaces import PathWrap, WrapSurface
 from .expressions import Program, program, run
-from .on_coordinates import LARGEST, smooth_step
+from .on_coordinates import LARGEST, LEAST, check_numbers, smooth_step
 
 # Columns of their table: what, its numbers, the number of its curve or program.
 KIND, GIVEN, NUMBER, COLUMNS = 0, 1, 5, 6
@@ -60,7 +58,7 @@ class PathSpring:
     wraps: Wraps = ()
 
     def __post_init__(self) -> None:
-        _check(self, "resting_length", "stiffness", "dissipation")
+        check_numbers(self, dict.fromkeys(("resting_length", "stiffness", "dissipation"), 0.0))
 
 
 @dataclass(frozen=True)
@@ -93,7 +91,7 @@ class Ligament:
     wraps: Wraps = ()
 
     def __post_init__(self) -> None:
-        _check(self, "resting_length", "pcsa_force", positive="resting_length")
+        check_numbers(self, {"resting_length": LEAST, "pcsa_force": 0.0})
 
 
 @dataclass(frozen=True)
@@ -133,8 +131,8 @@ class BlankevoortLigament:
     wraps: Wraps = ()
 
     def __post_init__(self) -> None:
-        given = "slack_length", "linear_stiffness", "transition_strain", "damping_coefficient"
-        _check(self, *given, positive="slack_length")
+        others = ("linear_stiffness", "transition_strain", "damping_coefficient")
+        check_numbers(self, {"slack_length": LEAST, **dict.fromkeys(others, 0.0)})
 
 
 @dataclass(frozen=True)
@@ -164,7 +162,7 @@ class PointToPointSpring:
     wraps: Wraps = field(default=(), init=False)
 
     def __post_init__(self) -> None:
-        _check(self, "rest_length", "stiffness", low=-LARGEST)
+        check_numbers(self, dict.fromkeys(("rest_length", "stiffness"), -LARGEST))
 
 
 @dataclass(frozen=True)
@@ -221,16 +219,6 @@ def path_row(force: PathForce, number: int) -> np.ndarray:
             row[KIND] = FORMULA
     row[NUMBER] = number
     return row
-
-
-def _check(force: PathForce, *names: str, low: float = 0.0, positive: str = "") -> None:
-    for name in names:
-        least = 1e-9 if name == positive else low
-        try:
-            value = number_within(name, getattr(force, name), least, LARGEST)
-        except ParameterError as error:
-            raise ParameterError(f"force '{force.name}': {error}") from None
-        object.__setattr__(force, name, value)
 
 
 @kernel

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, fields
+from typing import Any
 
 import numpy as np
 
 from ...checks import number_within
-from ...errors import ParameterError
 from ...numerics.kernel import kernel
 from .expressions import Program, program, run
 
@@ -15,6 +16,7 @@ from .expressions import Program, program, run
 KIND, ON, GIVEN, COLUMNS = 0, 1, 2, 8
 LIMIT, SPRING, FORMULA = 0.0, 1.0, 2.0
 LARGEST = 1e12  # no skeleton bears a millionth of it
+LEAST = 1e-9  # of what is divided by [m or rad]
 
 
 @dataclass(frozen=True)
@@ -54,8 +56,9 @@ class CoordinateLimitForce:
     damping: float = 0.0
 
     def __post_init__(self) -> None:
-        ranges = dict.fromkeys(("upper_stiffness", "lower_stiffness", "damping"), (0.0, LARGEST))
-        _check(self, {**ranges, "transition": (1e-9, LARGEST)})
+        of_limits = dict.fromkeys(("upper_limit", "lower_limit"), -LARGEST)
+        stiff = dict.fromkeys(("upper_stiffness", "lower_stiffness", "damping"), 0.0)
+        check_numbers(self, {**of_limits, **stiff, "transition": LEAST})
 
 
 @dataclass(frozen=True)
@@ -86,7 +89,7 @@ class CoordinateSpring:
     viscosity: float = 0.0
 
     def __post_init__(self) -> None:
-        _check(self, {})
+        check_numbers(self, dict.fromkeys(("stiffness", "rest", "viscosity"), -LARGEST))
 
 
 @dataclass(frozen=True)
@@ -134,14 +137,10 @@ def coordinate_row(force: CoordinateForce, coordinate: int, formula: int) -> np.
     return row
 
 
-def _check(force: CoordinateLimitForce | CoordinateSpring, ranges: dict) -> None:
-    for each in fields(force)[2:]:
-        low, high = ranges.get(each.name, (-LARGEST, LARGEST))
-        try:
-            value = number_within(each.name, getattr(force, each.name), low, high)
-        except ParameterError as error:
-            raise ParameterError(f"force '{force.name}': {error}") from None
-        object.__setattr__(force, each.name, value)
+def check_numbers(force: Any, lowest: Mapping[str, float]) -> None:
+    """Raise ParameterError unless these numbers of a force are at least so much; names it."""
+    for name, low in lowest.items():
+        number_within(f"force '{force.name}': {name}", getattr(force, name), low, LARGEST)
 
 
 @kernel
