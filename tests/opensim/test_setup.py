@@ -494,7 +494,7 @@ REFUSED = [
      "<task_set_file>", "no task that is on and active tracks shoulder"),
     ({"files": {"tasks.xml": controls()}}, "tasks.xml", "<ControlSet",
      "this is not a CMC_TaskSet file"),
-    refused_forces("SpringGen", "ForceSet / ElasticFoundationForce 'spring': this cannot", SPRING),
+    refused_forces("ElasticF", "ForceSet / ElasticFoundationForce 'spring': this cannot", SPRING),
     refused_forces("<coordinate>", "'knee' is no independent coordinate", reserve("knee")),
     refused_forces("<coordinate>", "'elbow' is no independent coordinate, those are shoulder",
                    reserve("elbow"), model={"rest": COUPLED}),
