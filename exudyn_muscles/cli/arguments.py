@@ -70,7 +70,13 @@ def build_parser() -> argparse.ArgumentParser:
             help="folder for results (.npz) and figures (.png), made if needed; nothing is written "
             "without it",
         )
+        of_output(added)
+
+    def of_output(added: argparse.ArgumentParser) -> None:
         added.add_argument("--quiet", action="store_true", help="no progress bar")
+        added.add_argument(
+            "--no-figures", dest="figures", action="store_false", help="results alone, no figures"
+        )
 
     run = command(
         "run",
@@ -155,7 +161,7 @@ def build_parser() -> argparse.ArgumentParser:
         type=Path,
         help="folder for results, made if needed; default the set-up's results directory",
     )
-    cmc.add_argument("--quiet", action="store_true", help="no progress bar")
+    of_output(cmc)
     cmc.set_defaults(sto=True)
 
     compare = command(

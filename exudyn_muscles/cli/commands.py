@@ -86,7 +86,8 @@ def _result(
         if arguments.sto:
             for file in opensim.write_results(trajectory, path, model=model, described=described):
                 print(f"wrote {file}")
-        draw_all(trajectory, path)
+        if arguments.figures:
+            draw_all(trajectory, path)
     return exit_status(trajectory)
 
 
@@ -144,6 +145,7 @@ def compare(arguments: argparse.Namespace) -> int:
         print(f"wrote {arguments.json}")
     if out is not None:
         print(f"wrote {', '.join(str(out / f'{name}_{method}.npz') for method in PAPER)}")
+    if out is not None and arguments.figures:
         everything = tuple(results.values())
         save_figure(plot.comparison, everything, out / f"{name}_comparison.png")
         save_figure(plot.forces, (results["csf"],), out / f"{name}_csf_forces.png")

@@ -19,35 +19,55 @@ if TYPE_CHECKING:
 PAGE_WIDTH = 7.0  # in
 ROW_HEIGHT = 2.1  # in
 EXTRA_HEIGHT = 0.6  # in, for legend and time axis
+LOW_ROW = 1.35  # in, of a row of a full page
+TABLE_ROW = 0.125  # in
+# What a page of 7 x 10 in holds beside a table of 80 names.
+MOST = 15
+TABLE_COLUMNS = 3
+HALF = 9  # panels where two figures share a page
+FEW = 6  # coordinates that stand below one another
+HIGH_ROWS = 2  # more rows of panels are lower ones
 
 
 class Panels:
-    """The axes of named panels; `shared` if they are all the same one."""
+    """The axes of named panels, one page of them; `shared` if they are all the same one.
+
+    Attributes
+    ----------
+    shown : (k,) int ndarray
+        Which of the names have a panel.
+    names : sequence of str
+        Theirs.
+    axes : (k,) ndarray of Axes
+    """
 
     def __init__(
         self,
         names: Sequence[str],
         axes: Axes | Sequence[Axes] | np.ndarray | None,
+        largest: np.ndarray,
+        weight: np.ndarray | None = None,
         columns: int | None = None,
     ) -> None:
-        self.names = names
+        """`largest` (count,) is what is told of a name that has no panel. Where not all fit on a
+        page those have one for which it, or the `weight`, is largest."""
         count = len(names)
+        order = np.argsort(-(largest if weight is None else weight), kind="stable")
+        self.shown = np.sort(order[:MOST]) if axes is None else np.arange(count)
+        self._rest: dict[str, float] = {}
         if axes is None:
-            import matplotlib.pyplot as plt
-
-            rows, width = grid_size(count) if columns is None else (-(-count // columns), columns)
-            _, grid = plt.subplots(
-                rows, width, figsize=(PAGE_WIDTH, EXTRA_HEIGHT + ROW_HEIGHT * rows), sharex=True,
-                sharey=columns is None, squeeze=False, layout="constrained",
-            )  # fmt: skip
-            self.axes = without_spare(grid, count)
+            self._rest = {names[i]: float(largest[i]) for i in order[MOST:]}
+            self.axes = _page(self.shown.size, len(self._rest), columns)
         else:
             given = np.atleast_1d(np.array(axes, dtype=object)).ravel()
-            if given.size not in (1, count):
+            if given.size not in (1, count) and not 1 < given.size < count > MOST:
                 raise ParameterError(
                     f"axes: give one, or one for each of {', '.join(names)}; got {given.size}"
                 )
-            self.axes = np.repeat(given, count) if given.size < count else given
+            if 1 < given.size < count:
+                self.shown = np.sort(order[: given.size])
+            self.axes = np.repeat(given, count) if given.size < self.shown.size else given
+        self.names = [names[i] for i in self.shown]
         self.shared = count > 1 and all(panel is self.axes[0] for panel in self.axes)
         self._entries: dict[str, Artist] = {}
 
@@ -87,7 +107,45 @@ class Panels:
             if len(self.names) > 1 and not self.shared:
                 panel.set_title(self.names[k], fontsize="medium")
         legend(panels, self._entries)
+        if self._rest:
+            _table(self.axes[0].figure, self._rest, f"largest {label} of the others")
         return self.axes
+
+
+def row_height(rows: int) -> float:
+    """Of so many rows of panels [in]."""
+    return ROW_HEIGHT if rows <= HIGH_ROWS else LOW_ROW
+
+
+def _page(count: int, others: int, columns: int | None) -> np.ndarray:
+    """Axes of a new figure, with room for a table of the `others` below them."""
+    import matplotlib.pyplot as plt
+
+    rows, width = grid_size(count, columns)
+    table = TABLE_ROW * (1 + -(-others // TABLE_COLUMNS)) if others else 0.0
+    height = EXTRA_HEIGHT + row_height(rows) * rows + table
+    figure = plt.figure(figsize=(PAGE_WIDTH, height), layout="constrained")
+    within: Any = figure
+    if others:
+        halves: Any = figure.subfigures(2, 1, height_ratios=[height - table, table])
+        within = halves[0]
+    grid = within.subplots(rows, width, sharex=True, sharey=columns is None, squeeze=False)
+    return without_spare(grid, count)
+
+
+def _table(panels: Any, values: dict[str, float], title: str) -> None:
+    """Write names and values below the panels of a page."""
+    below = panels.get_figure(root=True).subfigs[1]
+    rows = 1 + -(-len(values) // TABLE_COLUMNS)
+    below.text(0.02, 1.0 - 0.5 / rows, title, fontsize=7, va="center", weight="bold")
+    for k, (name, value) in enumerate(values.items()):
+        column, row = divmod(k, rows - 1)
+        y = 1.0 - (row + 1.5) / rows
+        x = 0.02 + column / TABLE_COLUMNS
+        below.text(x, y, name, fontsize=6.5, va="center")
+        below.text(
+            x + 0.9 / TABLE_COLUMNS, y, f"{value:.3g}", fontsize=6.5, va="center", ha="right"
+        )
 
 
 def sample(color: str, **line: Any) -> Artist:
@@ -146,7 +204,8 @@ def _is_lowest(place: SubplotSpec, panels: np.ndarray) -> bool:
     )
 
 
-def grid_size(count: int) -> tuple[int, int]:
-    """Rows and columns for `count` panels."""
-    columns = count if count <= 3 else 2 if count == 4 else 3
+def grid_size(count: int, columns: int | None = None) -> tuple[int, int]:
+    """Rows and columns for `count` panels, of which few may have other `columns`."""
+    if columns is None or count > FEW:
+        columns = count if count <= 3 else 2 if count == 4 else 3
     return -(-count // columns), columns

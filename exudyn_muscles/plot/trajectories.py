@@ -4,7 +4,9 @@ Every function draws into the given matplotlib axes or into a new figure and ret
 radians become degrees.
 
 Muscles or coordinates have a panel each and methods a color and line style each; several of them in
-one given `Axes` have a color each, and methods the line styles.
+one given `Axes` have a color each, and methods the line styles. A new figure is a page at most: of
+many muscles or coordinates those with the largest values have panels, in the model's order, and a
+table below them tells the largest values of the others.
 """
 
 from __future__ import annotations
@@ -16,7 +18,16 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..results.trajectory import Trajectory
-from .panels import EXTRA_HEIGHT, PAGE_WIDTH, ROW_HEIGHT, Panels, grid_size, without_spare
+from .panels import (
+    EXTRA_HEIGHT,
+    HALF,
+    MOST,
+    PAGE_WIDTH,
+    Panels,
+    grid_size,
+    row_height,
+    without_spare,
+)
 from .styles import ALONE, COLORS, styles
 
 if TYPE_CHECKING:
@@ -44,7 +55,7 @@ def tracking_errors(
     Returns
     -------
     (n,) ndarray of Axes
-        The panel of each coordinate.
+        The panel of each coordinate that has one.
 
     Raises
     ------
@@ -71,11 +82,12 @@ def tracking_errors(
         names = tuple(
             f"{name} [{'deg' if angle else 'm'}]" for name, angle in zip(names, angles, strict=True)
         )
-    panels = Panels(names, axes, columns=1)
-    for one, style in zip(tracked, styles(tracked), strict=True):
-        errors = one.tracking_errors() * np.where(angles, np.degrees(1.0), 1.0)
-        for j in range(len(names)):
-            panels.line(j, one.time, errors[:, j], style)
+    errors = [one.tracking_errors() * np.where(angles, np.degrees(1.0), 1.0) for one in tracked]
+    weight = _largest([one.tracking_errors() for one in tracked])
+    panels = Panels(names, axes, _largest(errors), weight, columns=1)
+    for one, error, style in zip(tracked, errors, styles(tracked), strict=True):
+        for k, j in enumerate(panels.shown):
+            panels.line(k, one.time, error[:, j], style)
     return panels.finish(label)
 
 
@@ -94,7 +106,7 @@ def excitations(
     Returns
     -------
     (m,) ndarray of Axes
-        The panel of each muscle.
+        The panel of each muscle that has one.
 
     Raises
     ------
@@ -104,11 +116,11 @@ def excitations(
     names = _same("muscle_names", trajectories)
     for one in trajectories:
         _need_rows(one, one.excitation_values, "windows")
-    panels = Panels(names, axes)
+    panels = Panels(names, axes, _largest([one.excitation_values for one in trajectories]))
     for one, style in zip(trajectories, styles(trajectories), strict=True):
         u = np.vstack([one.excitation_values, one.excitation_values[-1:]])
-        for i in range(len(names)):
-            panels.line(i, one.window_time, u[:, i], style, drawstyle="steps-post")
+        for k, i in enumerate(panels.shown):
+            panels.line(k, one.window_time, u[:, i], style, drawstyle="steps-post")
     return panels.finish("excitation [-]", bottom=0.0)
 
 
@@ -122,10 +134,10 @@ def activations(
     names = _same("muscle_names", trajectories)
     for one in trajectories:
         _need_rows(one, one.time, "time points")
-    panels = Panels(names, axes)
+    panels = Panels(names, axes, _largest([one.activations for one in trajectories]))
     for one, style in zip(trajectories, styles(trajectories), strict=True):
-        for i in range(len(names)):
-            panels.line(i, one.time, one.activations[:, i], style)
+        for k, i in enumerate(panels.shown):
+            panels.line(k, one.time, one.activations[:, i], style)
     return panels.finish("activation [-]", bottom=0.0)
 
 
@@ -143,7 +155,7 @@ def forces(
     Returns
     -------
     (m,) ndarray of Axes
-        The panel of each muscle.
+        The panel of each muscle that has one.
 
     Raises
     ------
@@ -157,9 +169,9 @@ def forces(
         raise ParameterError(
             f"a trajectory of method '{trajectory.method}' has no recruited forces and no bounds"
         )
-    panels = Panels(trajectory.muscle_names, axes)
+    panels = Panels(trajectory.muscle_names, axes, _largest([recruited]))
     time = trajectory.window_time[1:]
-    for i, panel in enumerate(panels.axes):
+    for i, panel in zip(panels.shown, panels.axes, strict=True):
         color = COLORS[i % len(COLORS)] if panels.shared else COLORS[0]
         name = f"{trajectory.muscle_names[i]}: " if panels.shared else ""
         band = panel.fill_between(
@@ -197,20 +209,26 @@ def comparison(*trajectories: Trajectory) -> Figure:
     coordinates = _same("coordinate_names", trajectories)
     muscles = _same("muscle_names", trajectories)
     compared = [one for one in trajectories if one.method in COMPARED] or list(trajectories)
-    rows, columns = grid_size(len(muscles))
-    heights = [EXTRA_HEIGHT + ROW_HEIGHT * count for count in (len(coordinates), rows)]
+    counts = [HALF if len(names) > MOST else len(names) for names in (coordinates, muscles)]
+    sizes = grid_size(counts[0], 1), grid_size(counts[1])
+    heights = [EXTRA_HEIGHT + row_height(rows) * rows for rows, _ in sizes]
     figure = plt.figure(figsize=(PAGE_WIDTH, sum(heights)), layout="constrained")
     try:
         halves: Any = figure.subfigures(2, 1, height_ratios=heights)
         top, bottom = halves
-        upper = top.subplots(len(coordinates), 1, sharex=True, squeeze=False)
-        lower = bottom.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-        tracking_errors(*trajectories, axes=upper[:, 0])
-        excitations(*compared, axes=without_spare(lower, len(muscles)))
+        upper = top.subplots(*sizes[0], sharex=True, squeeze=False)
+        lower = bottom.subplots(*sizes[1], sharex=True, sharey=True, squeeze=False)
+        tracking_errors(*trajectories, axes=without_spare(upper, counts[0]))
+        excitations(*compared, axes=without_spare(lower, counts[1]))
     except ParameterError:
         plt.close(figure)
         raise
     return figure
+
+
+def _largest(values: Sequence[np.ndarray]) -> np.ndarray:
+    """The largest size (m,) of what is drawn (t, m)."""
+    return np.max([np.abs(each).max(axis=0, initial=0.0) for each in values], axis=0)
 
 
 def _same(field: str, trajectories: Sequence[Trajectory]) -> tuple[str, ...]:

@@ -89,6 +89,12 @@ def test_run_writes_result_and_figures(method, tmp_path, capsys):
     }
 
 
+def test_run_leaves_figures_out_if_asked_to(tmp_path):
+    arguments = ["run", str(PENDULUM), "--method", "static", "--out", str(tmp_path)]
+    assert cli.main([*arguments, "--no-figures"]) == 0
+    assert [file.name for file in tmp_path.iterdir()] == ["pendulum_static.npz"]
+
+
 def test_run_writes_nothing_without_a_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert cli.main(["run", str(PENDULUM), "--method", "static"]) == 0

@@ -147,6 +147,65 @@ def test_comparison_of_six_muscles_and_two_coordinates(results):
         assert not any(box.overlaps(other) for other in boxes[:k])
 
 
+def many(trajectory, muscles=92, coordinates=29):
+    """The same trajectory with so many muscles and coordinates, each of its own size."""
+    strong = 1.0 / (1.0 + (7 * np.arange(muscles)) % muscles)
+    of_muscles = (
+        "activations", "tendon_forces", "musculotendon_lengths", "fiber_lengths",
+        "excitation_values", "force_min", "force_max", "force_optimal",
+    )  # fmt: skip
+    changed = {name: getattr(trajectory, name)[:, :1] * strong for name in of_muscles}
+    off = trajectory.tracking_errors() * np.linspace(1.0, 2.0, coordinates)
+    changed["desired_coordinates"] = np.repeat(trajectory.desired_coordinates, coordinates, axis=1)
+    changed["coordinates"] = changed["desired_coordinates"] - off
+    return dataclasses.replace(
+        trajectory,
+        muscle_names=tuple(f"muscle_{k}" for k in range(muscles)),
+        coordinate_names=tuple(f"q_{k}" for k in range(coordinates)),
+        coordinate_units=("rad", "m") * (coordinates // 2) + ("rad",),
+        **changed,
+    )
+
+
+@pytest.mark.parametrize("draw", [plot.excitations, plot.activations, plot.forces])
+def test_of_many_muscles_those_with_the_most_have_panels(results, draw):
+    one = many(results["csf"])
+    axes = draw(one)
+    strongest = sorted(range(92), key=lambda k: (7 * k) % 92)[:15]
+    shown = [panel.get_title() for panel in axes]
+    assert shown == [f"muscle_{k}" for k in sorted(strongest)]
+    figure = axes[0].get_figure(root=True)
+    width, height = figure.get_size_inches()
+    assert width <= 7.0 and height <= 10.5
+    table = [text.get_text() for text in figure.subfigs[1].texts]
+    assert set(table[1::2]) == {f"muscle_{k}" for k in range(92)} - set(shown)
+    values = [float(text) for text in table[2::2]]
+    assert values == sorted(values, reverse=True)
+    figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in figure.subfigs[1].texts]
+    for k, box in enumerate(boxes):
+        assert not any(box.overlaps(other) for other in boxes[:k])
+    assert min(box.y0 for box in boxes) >= 0.0
+
+
+def test_of_many_coordinates_those_with_the_largest_errors_have_panels(results):
+    """Radians beside metres: a degree is no larger than a centimetre because it says 1."""
+    one = many(results["csf"])
+    axes = plot.tracking_errors(one)
+    assert [panel.get_title().split()[0] for panel in axes] == [f"q_{k}" for k in range(14, 29)]
+    table = axes[0].get_figure(root=True).subfigs[1].texts
+    told = dict(zip((x.get_text() for x in table[1::2]), table[2::2], strict=True))
+    largest = np.abs(one.tracking_errors()[:, [0, 1]]).max(axis=0)
+    assert float(told["q_0 [deg]"].get_text()) == pytest.approx(np.degrees(largest[0]), rel=1e-2)
+    assert float(told["q_1 [m]"].get_text()) == pytest.approx(largest[1], rel=1e-2)
+
+
+def test_comparison_of_many_is_one_page(results):
+    figure = plot.comparison(*(many(results[name]) for name in ("cmc", "csf")))
+    assert len(figure.axes) == 18
+    assert figure.get_size_inches()[1] < 10.5
+
+
 def test_comparison_leaves_no_figure_behind_on_errors(results):
     with pytest.raises(ParameterError):
         plot.comparison(results["forward"])
