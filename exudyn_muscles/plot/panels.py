@@ -21,7 +21,7 @@ ROW_HEIGHT = 2.1  # in
 EXTRA_HEIGHT = 0.6  # in, for legend and time axis
 LOW_ROW = 1.35  # in, of a row of a full page
 TABLE_ROW = 0.125  # in
-# What a page of 7 x 10 in holds beside a table of 80 names.
+# What a page of 7 x 11 in holds beside a table of 80 names.
 MOST = 15
 TABLE_COLUMNS = 3
 HALF = 9  # panels where two figures share a page
