@@ -27,6 +27,8 @@ import numpy as np
 
 from ..errors import ModelError, StabilityWarning, warn
 from ..model import MusculoskeletalModel
+from ..simulation.solver import goes_by_newmark
+from ..simulation.state import HANDED_ON
 from ..skeleton.geometry import Geometry
 from ..skeleton.opened import Dynamics
 from ..skeleton.skeleton import Skeleton
@@ -89,17 +91,17 @@ class ConsistentState(CoupledState):
         e, e' at the start of the step.
     """
 
-    begun: Any = field(init=False)
-    reserve: np.ndarray = field(init=False)
+    begun: Any = field(init=False, metadata=HANDED_ON)
+    reserve: np.ndarray = field(init=False, metadata=HANDED_ON)
     moved: np.ndarray = field(init=False)
-    expected: list[tuple[np.ndarray, float]] = field(default_factory=list)
+    expected: list[tuple[np.ndarray, float]] = field(default_factory=list, metadata=HANDED_ON)
     passes: int = 0
     trial: Trial | None = None
-    response: np.ndarray = field(init=False)
+    response: np.ndarray = field(init=False, metadata=HANDED_ON)
     learned: np.ndarray = field(init=False)
     asked: tuple[np.ndarray, np.ndarray] | None = None
-    estimated: np.ndarray = field(init=False)
-    errors: np.ndarray = field(init=False)
+    estimated: np.ndarray = field(init=False, metadata=HANDED_ON)
+    errors: np.ndarray = field(init=False, metadata=HANDED_ON)
 
 
 class ConsistentScheme(FullScheme[ConsistentState]):
@@ -118,7 +120,7 @@ class ConsistentScheme(FullScheme[ConsistentState]):
         )
 
     def ready(self, step: float) -> None:
-        settings, mbs = self.settings, self.model.mbs
+        settings = self.settings
         limit = float(np.max(settings.kp)) * step**2
         if limit > HIGHEST_GAIN:
             warn(
@@ -126,7 +128,7 @@ class ConsistentScheme(FullScheme[ConsistentState]):
                 "stable on all that was tried; lower kp, or take shorter steps",
                 StabilityWarning,
             )
-        by_newmark = mbs.sys["simulationSettings"].timeIntegration.generalizedAlpha.useNewmark
+        by_newmark = goes_by_newmark(self.model.mbs)
         tree = isinstance(self.skeleton, Skeleton)
         if not (by_newmark or tree or settings.project_constraints):
             raise ModelError(
