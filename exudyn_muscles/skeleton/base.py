@@ -301,7 +301,8 @@ class ExudynSkeleton(ABC):
 
     @abstractmethod
     def recall(self, memory: tuple[np.ndarray, ...]) -> None:
-        """Have the `memory` of another time back, where the current state is that of then."""
+        """Have the `memory` of another time back, where the current state is that of then, and
+        contacts as they were."""
 
     @abstractmethod
     def applied(self, place: tuple) -> np.ndarray:

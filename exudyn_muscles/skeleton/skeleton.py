@@ -310,6 +310,7 @@ class Skeleton(ExudynSkeleton):
 
     def recall(self, memory: tuple[np.ndarray, ...]) -> None:
         self._opened.set_total(*memory)
+        self._opened.contacts.settle_general()
 
     def applied(self, place: tuple) -> np.ndarray:
         return self.basis.applied(self._opened)

@@ -308,6 +308,7 @@ class GeneralSkeleton(ExudynSkeleton):
         load, turns = memory
         self.now.apply(load)
         self.now.turns[:] = turns
+        self.now.contacts.settle_general()
 
     def applied(self, place: tuple) -> np.ndarray:
         return self.now.load @ place[3]
