@@ -19,10 +19,9 @@ from ..errors import ModelError, SimulationError
 from ..model import MusculoskeletalModel
 from ..results.counts import Counts
 from ..results.recorder import Recorded
-from .solver import set_time_of_solver
+from .solver import SAME_TIME, set_time_of_solver
 from .state import RunEnd, RunState
 
-SAME_TIME = 1e-9  # s: Exudyn adds up the steps of a run
 # Arrays that a run has to begin with as the one before has ended, and what they are.
 COMPARED = {"ODE2Coords": "coordinate", "ODE2Coords_t": "speed", "ODE1Coords": "ODE1 coordinate"}
 
@@ -74,19 +73,6 @@ class Names(NamedTuple):
         arrays = model.mbs.systemData.GetSystemStateDict(reference=True)
         sizes = tuple(array.size for array in arrays.values())
         return Names(model.coordinates, model.muscles.names, len(model.reserves), sizes)
-
-
-def check_step(state: RunState, t: float) -> None:
-    """Raise ModelError if a step to the time `t` is of no run that has begun, as a static solver's.
-
-    Exudyn may end a run with one more step, of the rounding of its time.
-    """
-    ends = state.ended is not None and abs(t - state.ended.time) <= state.rounding
-    if not (state.running or ends):
-        raise ModelError(
-            f"a step to t = {t:g} s is of no dynamic run that has begun: within attached(), call "
-            "no other solver than mbs.SolveDynamic's"
-        )
 
 
 def end_of_run(model: MusculoskeletalModel, t: float) -> RunEnd:

@@ -241,7 +241,6 @@ class Plugin(Method):
         state, t_0 = self.state, mbs.systemData.GetTime(exu.ConfigurationType.StartOfStep)
         if not state.running or (state.open and t_0 != state.t_0):
             hooks.check()  # PostStep was not called
-            continuing.check_step(state, t)
         state.counts.rejected_steps += state.open
         state.open, state.t_0, state.iteration, state.calls = True, t_0, -1, 0
         before, state.step = state.step, t - t_0
@@ -303,15 +302,11 @@ class Plugin(Method):
         self._add(t, *accepted)
         state.counts.steps += 1
         if t >= iteration.endTime - state.rounding:
-            self._end_run(t)
+            state.record.complete()
+            state.running, state.ended = False, continuing.end_of_run(self.model, t)
         if self._progress is not None:
             self._progress(t)
         return not state.is_absurd(self.skeleton.q)
-
-    def _end_run(self, t: float) -> None:
-        state = self.state
-        state.record.complete()
-        state.running, state.ended = False, continuing.end_of_run(self.model, t)
 
     def _add(self, t: float, reserve: np.ndarray, window: Window | None) -> None:
         state, skeleton = self.state, self.skeleton
@@ -323,14 +318,14 @@ class Plugin(Method):
 
     def _begin_run(self, mbs: exu.MainSystem, t: float) -> None:
         """A run begins, or goes on where the one before has ended."""
-        check_begins(mbs)
+        check_begins(mbs, t)
         state, iteration = self.state, running_solver(mbs).it
         end, goes_on = iteration.endTime, state.record.reached is not None
         if goes_on:
             continuing.go_on(self.model, state, t)
         else:
             check_start_time(t, self.start_time)
-        check_end_time(end, self.end_time)
+        check_end_time(t, end, self.end_time)
         check_external_forces(mbs, t, end)
         state.begin_run(end)
         if goes_on:
@@ -343,5 +338,3 @@ class Plugin(Method):
             self.ready((end - iteration.startTime) / iteration.numberOfSteps)
             self.skeleton.settle(goes_by_newmark(mbs))
             self._add(t, state.record.start[1], None)
-        if t >= end - state.rounding:
-            self._end_run(t)

@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import ModelError
 from ..skeleton.base import ExudynSkeleton
 
+SAME_TIME = 1e-9  # s: Exudyn adds up the steps of a run
 SOLVER = ("dynamicSolver", "simulationSettings")  # in mbs.sys
 UNKNOWN_SOLVER = (
     "the plugin works with mbs.SolveDynamic and its default storeSolver=True; a solver of your own "
@@ -33,10 +34,17 @@ def running_solver(mbs: exu.MainSystem) -> exu.MainSolverImplicitSecondOrder:
         raise ModelError(UNKNOWN_SOLVER) from error
 
 
-def check_begins(mbs: exu.MainSystem) -> None:
-    """Raise ModelError unless this solver begins to solve; another one does."""
-    if running_solver(mbs).it.currentStepIndex != 0:
+def check_begins(mbs: exu.MainSystem, t: float) -> None:
+    """Raise ModelError unless it is this solver that begins to solve at the time `t`, and goes on
+    from there."""
+    iteration = running_solver(mbs).it
+    if iteration.currentStepIndex != 0:
         raise ModelError(UNKNOWN_SOLVER)
+    if not iteration.adaptiveStep and abs(iteration.startTime - t) > SAME_TIME:
+        raise ModelError(
+            f"without adaptiveStep Exudyn counts steps from it.startTime = {iteration.startTime:g} "
+            f"s, and SolveSteps begins at t = {t:g} s: set solver.it.startTime as well"
+        )
 
 
 def goes_by_newmark(mbs: exu.MainSystem) -> bool:

@@ -20,8 +20,11 @@ def check_start_time(t: float, start: float) -> None:
         )
 
 
-def check_end_time(run_end: float, end: float) -> None:
-    """Raise MotionError unless a run to the time `run_end` ends by `end` [s]."""
+def check_end_time(t: float, run_end: float, end: float) -> None:
+    """Raise ParameterError or MotionError unless a run from `t` to `run_end` [s] has steps and ends
+    by `end`."""
+    if not run_end > t:
+        raise ParameterError(f"timeIntegration.endTime = {run_end:g} s is not after t = {t:g} s")
     if run_end > end + 1e-9:
         raise MotionError(f"timeIntegration.endTime = {run_end:g} s is beyond the end at {end:g} s")
 
