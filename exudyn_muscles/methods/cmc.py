@@ -210,7 +210,7 @@ class CMCPlugin(UnifiedPlugin):
         # Where steps do not divide the window it lasts as long as its last one.
         steps = math.ceil(self.settings.window / state.step - 1e-9)
         length = max(self.settings.window, steps * state.step)
-        t_1 = min(t_0 + length, self.motion.end)
+        t_1 = min(t_0 + length, self.motion.end, state.known)
         if abs(t_1 - state.end) < 1e-9:  # accumulated time steps
             t_1 = min(t_1, state.end)
         q, v, _ = skeleton.start

@@ -326,8 +326,7 @@ class Plugin(Method):
         else:
             check_start_time(t, self.start_time)
         check_end_time(t, end, self.end_time)
-        check_external_forces(mbs, t, end)
-        state.begin_run(end)
+        state.begin_run(end, check_external_forces(mbs, t, end))
         if goes_on:
             step = iteration.currentStepSize
             if abs(step - state.step) > SAME_STEP * step:

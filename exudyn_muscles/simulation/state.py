@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
@@ -38,6 +39,8 @@ class RunState:
     record : Recorder
     end, rounding : float
         Of the run [s], and by how much accumulated time steps may miss it.
+    known : float
+        Until when all external forces are known [s].
     attached, running, open : bool
         The plugin is attached; Exudyn has begun a run and has not reached its end; a step is being
         tried.
@@ -58,6 +61,7 @@ class RunState:
     end: float
     t_0: float
     rounding: float = 0.0
+    known: float = math.inf
     attached: bool = False
     running: bool = False
     open: bool = False
@@ -73,10 +77,11 @@ class RunState:
         """Whether the coordinates q (n,) have nothing to do with the run's aim."""
         return False
 
-    def begin_run(self, end: float) -> None:
-        """Exudyn begins a run to the time `end` [s], the first one or one that goes on."""
+    def begin_run(self, end: float, known: float) -> None:
+        """Exudyn begins a run to the time `end` [s], the first one or one that goes on; external
+        forces are `known` until then or longer."""
         self.running, self.open, self.ended = True, False, None
-        self.end, self.rounding = end, 1e-9 * max(1.0, abs(end))
+        self.end, self.rounding, self.known = end, 1e-9 * max(1.0, abs(end)), known
         self.record.go_on()
 
     def handed_on(self) -> dict[str, Any]:

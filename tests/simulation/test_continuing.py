@@ -12,7 +12,7 @@ import exudyn_muscles as em
 from exudyn_muscles.results.quantities import QUANTITIES
 from models import leg, pedalling, pendulum, planar_arm
 
-from ..runs import TRAPEZOIDAL, plugin_run, settings, start_at
+from ..runs import TRAPEZOIDAL, settings, start_at
 from ..skeleton.system.convert import as_bodies
 from ..skeleton.system.models import MOTION, PASSIVE, Arm
 from ..skeleton.system.test_general_contact import BUILD, DOWN
@@ -557,13 +557,3 @@ def test_points_at_the_wrong_time():
 
     with pytest.raises(em.ModelError, match=r"from t = 0 s, .* muscles start at 0\.5 s"):
         restore()
-
-
-def test_a_run_keeps_to_its_end():
-    """One that ends within a window of CMC; the window is aimed at its own end."""
-    plugin = made("pendulum", "cmc")
-    result = plugin_run(plugin.model, plugin, segment(0, COUNT, SHORT))
-    assert result.window_time[-1] == result.time[-1] == COUNT * SHORT
-    longer = made("pendulum", "cmc")
-    whole = plugin_run(longer.model, longer, segment(0, 33, SHORT))
-    assert np.array_equal(whole.excitation_values, result.excitation_values)
