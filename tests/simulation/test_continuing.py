@@ -1,7 +1,9 @@
 """Runs that go on: from segment to segment, step by step, and from saved points, bit by bit."""
 
 import itertools
+import re
 import warnings
+from pathlib import Path
 
 import exudyn as exu
 import numpy as np
@@ -12,6 +14,7 @@ import exudyn_muscles as em
 from exudyn_muscles.results.quantities import QUANTITIES
 from models import leg, pedalling, pendulum, planar_arm
 
+from ..methods.test_stiffness import BEND, twisting_arm
 from ..runs import TRAPEZOIDAL, settings, start_at
 from ..skeleton.system.convert import as_bodies
 from ..skeleton.system.models import MOTION, PASSIVE, Arm
@@ -22,6 +25,7 @@ H = 1.0 / 128.0  # of co-simulation; all times are exact
 SHORT = 1.0 / 1024.0  # of CMC, whose windows of 10 ms then go beyond segments, and forward dynamics
 COUNT = 26
 CUTS = (0, 9, 14, COUNT)
+WINDOW = 11  # of the short steps in a window of CMC
 
 
 # Models and methods
@@ -38,6 +42,7 @@ MODELS = {
     "planar arm of bodies": (lambda: as_bodies(planar_arm.build()), planar_arm.motion()),
     "closed loop": (pedalling.build, pedalling.motion()),
     "wobbling mass": (wobbling, MOTION),
+    "twisting arm": (twisting_arm, BEND),  # whose muscles have a negative stiffness
 }
 
 
@@ -65,25 +70,35 @@ def forward(model, motion):
 
 def replay(model, motion):
     """Windows, some of which go on beyond a segment."""
-    times = np.linspace(0.0, 10.0 * SHORT * 4, 5)
-    values = 0.1 + 0.3 * np.random.default_rng(5).random((4, len(model.muscles)))
-    reserves = np.zeros((5, len(model.reserves)))
+    rng = np.random.default_rng(5)
+    times = WINDOW * SHORT * np.arange(4)
+    values = 0.1 + 0.3 * rng.random((3, len(model.muscles)))
+    reserves = rng.random((4, len(model.reserves)))
     return em.ForwardPlugin(model, em.Excitations(times, values, reserves=reserves))
 
 
 METHODS = {
     "csf": (cosimulation(em.Scheme.FULL), H),
     "css": (cosimulation(em.Scheme.SIMPLIFIED), H),
+    "extrapolating": (
+        cosimulation(
+            em.Scheme.SIMPLIFIED, predictor=em.Predictor.EXTRAPOLATED_ACCELERATION, kp=50.0
+        ),
+        H,
+    ),
     "consistent": (cosimulation(em.Scheme.CONSISTENT), H),
     "projected": (cosimulation(em.Scheme.FULL, project_constraints=True), H),
     "cmc": (cmc, SHORT),
     "forward": (forward, SHORT),
     "replay": (replay, SHORT),
 }
+ONLY = {  # what matters to some alone
+    "projected": "closed loop", "extrapolating": "planar arm", "twisting arm": "cmc",
+}  # fmt: skip
 EVERY = [
     pytest.param(model, method, id=f"{model}-{method}")
     for model, method in itertools.product(MODELS, METHODS)
-    if method != "projected" or model == "closed loop"
+    if ONLY.get(model, method) == method and ONLY.get(method, model) == model
 ]
 
 
@@ -196,7 +211,8 @@ def test_segments_and_steps_are_one_run(model, method):
 
 @pytest.mark.parametrize(("model", "method"), EVERY)
 def test_a_restored_point_gives_the_same_bits(model, method):
-    """After one step beyond it and after many, and in a new run of the same model made anew."""
+    """After one step beyond it and after many, and in a new run of the same model made anew; within
+    a window and where one begins."""
     step = METHODS[method][1]
     expected = at_once(made(model, method), step)
     plugin, anew = made(model, method), made(model, method)
@@ -204,14 +220,18 @@ def test_a_restored_point_gives_the_same_bits(model, method):
         solve(plugin, 0, 9, step)
         point = plugin.save()
         solve(plugin, 9, 10, step)
-        for _ in range(2):
-            plugin.restore(point)
-            assert plugin.result().time[-1] == point.time == 9 * step
-            solve(plugin, 9, COUNT, step)
-            assert_same_bits(plugin.result(), expected)
+        plugin.restore(point)
+        assert plugin.result().time[-1] == point.time == 9 * step
+        solve(plugin, 9, WINDOW, step)
+        later = plugin.save()
+        solve(plugin, WINDOW, COUNT, step)
+        assert_same_bits(plugin.result(), expected)
+        plugin.restore(point)
+        solve(plugin, 9, COUNT, step)
+        assert_same_bits(plugin.result(), expected)
     with anew.attached():
-        anew.restore(point)
-        solve(anew, 9, COUNT, step)
+        anew.restore(later)
+        solve(anew, WINDOW, COUNT, step)
     assert_same_bits(anew.result(), expected)
 
 
@@ -299,14 +319,20 @@ def test_steps_of_fixed_length():
         without(made("planar arm", "csf"))
 
 
-def test_branches():
-    """Two futures of one point under different loads, and the first one again."""
+def pushed_arm():
+    """With a load on the elbow."""
     model, motion = planar_arm.build(), planar_arm.motion()
     node = model.mbs.GetObjectParameter(0, "nodeNumber")
     marker = model.mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=1))
     push = model.mbs.AddLoad(LoadCoordinate(markerNumber=marker, load=0.0))
     model.mbs.Assemble()
     start_at(model, motion)
+    return model, motion, push
+
+
+def test_branches():
+    """Two futures of one point under different loads, and the first one again."""
+    model, motion, push = pushed_arm()
     plugin, futures = cosimulation(em.Scheme.CONSISTENT)(model, motion), []
     with plugin.attached():
         solve(plugin, 0, 9)
@@ -325,6 +351,61 @@ def test_branches():
     assert_same_bits(again, free)
     assert np.array_equal(pushed.coordinates[:10], free.coordinates[:10])
     assert np.abs(pushed.torques_delivered[11:, 1] - free.torques_delivered[11:, 1]).min() > 2.0
+
+
+@pytest.mark.parametrize("as_gym", [False, True])
+def test_points_of_steps(as_gym):
+    """A solver of the user's own goes back with the system, whichever way it is asked to go on."""
+    plugin = made("planar arm of bodies", "consistent")
+    mbs = plugin.model.mbs
+    with plugin.attached():
+        solver, own = own_solver(plugin, H)
+
+        def step():
+            if as_gym and solver.it.currentTime:
+                own.timeIntegration.startTime = solver.it.currentTime
+                own.timeIntegration.endTime = solver.it.currentTime + H
+                solver.InitializeSolverInitialConditions(mbs, own)
+            solver.it.endTime = solver.it.currentTime + H
+            assert solver.SolveSteps(mbs, own)
+            state = mbs.systemData.GetSystemState()
+            mbs.systemData.SetSystemState(state, configuration=exu.ConfigurationType.Initial)
+
+        for k in range(COUNT):
+            step()
+            if k % 5 == 3:  # look ahead, and come back
+                point = plugin.save()
+                step()
+                step()
+                plugin.restore(point)
+    assert_same_bits(plugin.result(), at_once(made("planar arm of bodies", "consistent"), H))
+
+
+@pytest.mark.parametrize("method", ["csf", "css", "consistent"])
+def test_shorter_steps_after_a_while(method):
+    """Whatever a scheme extrapolates from the steps before knows their lengths."""
+    plugin = made("planar arm", method)
+    with plugin.attached():
+        solve(plugin, 0, 9)
+        solve(plugin, 18, 2 * COUNT, 0.5 * H)
+    expected = at_once(made("planar arm", method), H)
+    result = plugin.result()
+    assert len(result.time) == 10 + 2 * (COUNT - 9)
+    np.testing.assert_allclose(
+        result.coordinates[9::2], expected.coordinates[9:], rtol=0, atol=2e-4
+    )
+
+
+def test_a_run_that_begins_far_off_may_stay_there():
+    """How far is known of the start, and so of the point."""
+    plugin, anew = made("pendulum", "csf"), made("pendulum", "csf")
+    plugin.skeleton.set_initial_state(np.array([1.0]), np.zeros(1))
+    with plugin.attached():
+        solve(plugin, 0, 1)
+    with anew.attached():
+        assert anew.state.widest < plugin.state.widest
+        anew.restore(plugin.save())
+    assert anew.state.widest == plugin.state.widest
 
 
 def test_a_point_outlives_its_run():
@@ -354,6 +435,29 @@ def test_warnings_are_not_repeated_but_for_another_step():
             solve(plugin, 2, 3, 2.0 * H)
     texts = [str(one.message) for one in caught if one.category is em.StabilityWarning]
     assert len(texts) == 2 and "0.0078125 s" in texts[0] and "0.015625 s" in texts[1]
+
+
+def test_what_the_documents_show_runs_as_it_stands():
+    text = (Path(__file__).parents[2] / "docs/continuing.md").read_text()
+    segments, steps, points = re.findall(r"```python\n(.*?)```", text, re.S)
+    futures = []
+    for shown_code in (segments, steps, points):
+        model, motion, push = pushed_arm()
+        shown = {
+            "exu": exu, "plugin": em.CosimulationPlugin(model, motion), "mbs": model.mbs,
+            "push": push, "first": segment(0, 9, H), "second": segment(9, COUNT, H),
+            "settings": segment(0, 1, 0.01), "rule": TRAPEZOIDAL, "candidates": [0.0, 3.0],
+            "judge": futures.append,
+        }  # fmt: skip
+        exec(shown_code, shown)
+        last = 9 if shown_code is points else 100 if shown_code is steps else COUNT
+        assert len(shown["plugin"].result().time) == last + 1
+        if shown_code is segments:
+            result = shown["result"]
+    free, pushed = futures
+    assert_same_bits(pushed, result)
+    assert free.time[-1] == pushed.time[-1] == COUNT * H
+    assert np.abs(free.activations[-1] - pushed.activations[-1]).max() > 1e-3
 
 
 # What cannot go on
