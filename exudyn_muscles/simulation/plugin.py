@@ -8,7 +8,7 @@ in `methods/`. For one step from t_n to t_n+1 Exudyn calls
     SystemJacobian          when a Newton matrix is built, at the iterate just before
     PostStep                the step is accepted: the trial becomes the committed state
 
-and PostStep once more at the start of the run. Nothing is committed before PostStep, and every
+and PostStep once more where the run begins or goes on. Nothing is committed before PostStep, and every
 evaluation starts from the committed state, so that rejected steps leave no trace.
 """
 
@@ -112,7 +112,8 @@ class Plugin(Method):
 
     @contextmanager
     def attached(self) -> Iterator[Plugin]:
-        """Install the plugin's user functions for one run; remove them afterwards.
+        """Install the plugin's user functions for one run, which may end and go on; remove them
+        afterwards.
 
         Raises
         ------
@@ -284,7 +285,7 @@ class Plugin(Method):
         return container
 
     def _post_step(self, hooks: Hooks, mbs: exu.MainSystem, t: float) -> bool:
-        """Commit the accepted step, or check that the run starts as the plugin was told."""
+        """Commit the accepted step, or begin the run or let it go on."""
         state, iteration = self.state, running_solver(mbs).it
         if not state.open or iteration.currentStepIndex == 0:
             hooks.check()
