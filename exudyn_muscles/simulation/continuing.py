@@ -26,6 +26,23 @@ from .state import RunEnd, RunState
 COMPARED = {"ODE2Coords": "coordinate", "ODE2Coords_t": "speed", "ODE1Coords": "ODE1 coordinate"}
 
 
+class Names(NamedTuple):
+    """What has to be the same of two models for a run of one to go on with the other."""
+
+    coordinates: tuple[str, ...]
+    muscles: tuple[str, ...]
+    reserves: int
+    array_sizes: tuple[int, ...]
+
+    @staticmethod
+    def of(model: MusculoskeletalModel) -> Names:
+        """Names of the model's coordinates and muscles, number of its ideal actuators, and sizes of
+        the system's arrays."""
+        arrays = model.mbs.systemData.GetSystemStateDict(reference=True)
+        sizes = tuple(array.size for array in arrays.values())
+        return Names(model.coordinates, model.muscles.names, len(model.reserves), sizes)
+
+
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class RunPoint:
     """Where a run had reached its end, with all that it takes to go on from there.
@@ -58,27 +75,12 @@ class RunPoint:
         return self.ended.time
 
 
-class Names(NamedTuple):
-    """What has to be the same of two models for a run of one to go on with the other."""
-
-    coordinates: tuple[str, ...]
-    muscles: tuple[str, ...]
-    reserves: int
-    system: tuple[int, ...]
-
-    @staticmethod
-    def of(model: MusculoskeletalModel) -> Names:
-        """Names of the model's coordinates and muscles, number of its ideal actuators, and sizes of
-        the system's arrays."""
-        arrays = model.mbs.systemData.GetSystemStateDict(reference=True)
-        sizes = tuple(array.size for array in arrays.values())
-        return Names(model.coordinates, model.muscles.names, len(model.reserves), sizes)
-
-
 def end_of_run(model: MusculoskeletalModel, t: float) -> RunEnd:
     """Where a run is that has reached its end at the time `t`."""
-    arrays = model.mbs.systemData.GetSystemStateDict()
-    return RunEnd(t, arrays, model.skeleton.memory)
+    ended = RunEnd(t, model.mbs.systemData.GetSystemStateDict(), model.skeleton.memory)
+    for array in (*ended.system.values(), *ended.memory):
+        array.setflags(write=False)
+    return ended
 
 
 def go_on(model: MusculoskeletalModel, state: RunState, t: float) -> None:
@@ -110,7 +112,7 @@ def go_on(model: MusculoskeletalModel, state: RunState, t: float) -> None:
             which = f" {names[k]}" if names and name != "ODE1Coords" else f" {k}"
             raise ModelError(
                 "within one attached() a run goes on from where the one before ended: the mbs' "
-                f"{what}{which} was {ended.system[name][k]:.10g} there and is {now[name][k]:.10g} "
+                f"{what}{which} was {ended.system[name][k]:.17g} there and is {now[name][k]:.17g} "
                 "now; call mbs.SolveDynamic with updateInitialValues=True, or attach the plugin "
                 "anew for a run from elsewhere"
             )
@@ -163,7 +165,9 @@ def _check_fits(point: RunPoint, method: str, names: Names, start: float) -> Non
         raise ModelError(f"the point is of a run by '{point.method}', and this is '{method}'")
     for what, then, now in zip(Names._fields, point.names, names, strict=True):
         if then != now:
-            raise ModelError(f"the point is of another model, with {what} {then}, not {now}")
+            raise ModelError(
+                f"the point is of another model, with {what.replace('_', ' ')} {then}, not {now}"
+            )
     begun = point.recorded.start[0]
     if begun < start - SAME_TIME:
         raise ModelError(

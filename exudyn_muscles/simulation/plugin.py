@@ -8,8 +8,8 @@ in `methods/`. For one step from t_n to t_n+1 Exudyn calls
     SystemJacobian          when a Newton matrix is built, at the iterate just before
     PostStep                the step is accepted: the trial becomes the committed state
 
-and PostStep once more where the run begins or goes on. Nothing is committed before PostStep, and every
-evaluation starts from the committed state, so that rejected steps leave no trace.
+and PostStep once more where the run begins or goes on. Nothing is committed before PostStep, and
+every evaluation starts from the committed state, so that rejected steps leave no trace.
 """
 
 from __future__ import annotations

@@ -275,6 +275,18 @@ def test_a_window_is_aimed_at_its_own_end(motion_end, aim):
     np.testing.assert_allclose(cmc.torques_demanded[-1], M @ a + bias, rtol=1e-9)
 
 
+def test_a_window_is_aimed_at_nothing_unknown():
+    """Where the record of an external force ends with the run, and would be zero beyond."""
+    model, motion = planar_arm.build(), planar_arm.motion()
+    record = em.ExternalForce("held", 1, [0.0, 0.096], torque=np.tile([0.0, 0.0, 5.0], (2, 1)))
+    em.add_external_force(model.mbs, model.skeleton.object, record)
+    model.mbs.Assemble()
+    start_at(model, motion)
+    cmc = plugin_run(model, em.CMCPlugin(model, motion), settings(0.001, 0.096))
+    assert cmc.torques_demanded[:, 1].max() < 0.0
+    assert np.abs(np.diff(cmc.torques_demanded[-3:, 1])).max() < 0.3
+
+
 def inverse_dynamics(model, q, v):
     with model.skeleton.opened():
         return model.skeleton.dynamics_at(q, v, 0.0)[:2]

@@ -632,7 +632,7 @@ def point_of(plugin):
     [
         ("planar arm", "css", "a run by 'csf', and this is 'css'"),
         ("pendulum", "csf", r"another model, with coordinates \('shoulder', 'elbow'\), not"),
-        ("planar arm of bodies", "csf", "another model, with system "),
+        ("planar arm of bodies", "csf", "another model, with array sizes "),
     ],
 )
 def test_points_of_something_else(other, method, message):
