@@ -396,6 +396,20 @@ def test_shorter_steps_after_a_while(method):
     )
 
 
+def test_angles_keep_their_turns():
+    """A crank beyond half a turn, which a new run would count from the motion's start."""
+    plugin, anew = made("closed loop", "csf"), made("closed loop", "csf")
+    with plugin.attached():
+        solve(plugin, 0, 100)
+        point = plugin.save()
+        solve(plugin, 100, 103)
+    with anew.attached():
+        anew.restore(point)
+        solve(anew, 100, 103)
+    assert anew.result().coordinates[-1, 0] > np.pi
+    assert_same_bits(anew.result(), plugin.result())
+
+
 def test_a_run_that_begins_far_off_may_stay_there():
     """How far is known of the start, and so of the point."""
     plugin, anew = made("pendulum", "csf"), made("pendulum", "csf")
