@@ -73,6 +73,7 @@ from .results.comparison import Difference
 from .results.counts import Counts, Status
 from .results.excitations import Excitations
 from .results.trajectory import Trajectory
+from .simulation.continuing import RunPoint
 from .simulation.sensors import muscle_sensor
 from .skeleton.coupling import DependentCoordinate, Follower, linear_function
 from .skeleton.external_forces import add_external_force
@@ -150,6 +151,7 @@ __all__ = [
     "Reserve",
     "ResultFileError",
     "RigidTendonForce",
+    "RunPoint",
     "ScalarFunction",
     "Scheme",
     "Schutte1993",

@@ -96,6 +96,19 @@ def test_a_law_of_your_own(run, tmp_path):
         assert (tmp_path / "out" / f"{name}.png").stat().st_size > 20_000
 
 
+def test_person_in_the_loop(run):
+    variables, printed = run("10")
+    printed = re.findall(r"^(\w+) *: .* takes ([\d.]+) ms \(p50\), ([\d.]+) ms", printed, re.M)
+    assert [name for name, *_ in printed] == ["FULL", "CONSISTENT"]
+    assert all(0.0 < float(p50) <= float(p99) for _, p50, p99 in printed)
+    for result, most in zip(variables["results"].values(), (0.05, 0.01), strict=True):
+        assert len(result.time) == 201 and result.max_unmet_torque == 0.0
+        assert (np.degrees(result.tracking_error_rms()) < most).all()
+        # The target went where it was steered, and the arm with it.
+        reached = np.degrees(result.coordinates[[53, 130, 200]])
+        np.testing.assert_allclose(reached, [[40, 70], [60, 40], [25, 60]], atol=0.1)
+
+
 def test_pedalling(run, tmp_path):
     variables, printed = run("09")
     assert np.degrees(variables["result"].tracking_error_rms()[0]) < 0.02

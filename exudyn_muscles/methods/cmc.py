@@ -21,6 +21,7 @@ from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion
 from ..results.trajectory import Trajectory
 from ..simulation.run import number_of_steps, simulate
+from ..simulation.state import HANDED_ON
 from ..skeleton.ahead import IMPLICIT_EULER
 from ..skeleton.opened import Dynamics
 from .recruiting import Excited, Recruited
@@ -146,11 +147,11 @@ class CMCState(TrackedState, UnifiedState):
         It was kept out of the feedback in part.
     """
 
-    window_end: float
-    held: np.ndarray = field(init=False)
-    windows: int = 0
-    stiffness: Stiffness | None = None
-    is_unstable: bool = False
+    window_end: float = field(metadata=HANDED_ON)
+    held: np.ndarray = field(init=False, metadata=HANDED_ON)
+    windows: int = field(default=0, metadata=HANDED_ON)
+    stiffness: Stiffness | None = field(default=None, metadata=HANDED_ON)
+    is_unstable: bool = field(default=False, metadata=HANDED_ON)
 
 
 class CMCPlugin(UnifiedPlugin):
@@ -209,7 +210,9 @@ class CMCPlugin(UnifiedPlugin):
         # Where steps do not divide the window it lasts as long as its last one.
         steps = math.ceil(self.settings.window / state.step - 1e-9)
         length = max(self.settings.window, steps * state.step)
-        t_1 = min(t_0 + length, self.motion.end, state.end)
+        t_1 = min(t_0 + length, self.motion.end, state.known)
+        if abs(t_1 - state.end) < 1e-9:  # accumulated time steps
+            t_1 = min(t_1, state.end)
         q, v, _ = skeleton.start
         a_cmc = tracking.acceleration(t_1, t_0, q, v)  # (12)
         q_1, v_1, _ = tracking.desired(t_1)

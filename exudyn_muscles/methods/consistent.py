@@ -27,6 +27,8 @@ import numpy as np
 
 from ..errors import ModelError, StabilityWarning, warn
 from ..model import MusculoskeletalModel
+from ..simulation.solver import goes_by_newmark
+from ..simulation.state import HANDED_ON
 from ..skeleton.geometry import Geometry
 from ..skeleton.opened import Dynamics
 from ..skeleton.skeleton import Skeleton
@@ -92,17 +94,17 @@ class ConsistentState(CoupledState):
         e, e' at the start of the step.
     """
 
-    begun: Any = field(init=False)
-    reserve: np.ndarray = field(init=False)
+    begun: Any = field(init=False, metadata=HANDED_ON)
+    reserve: np.ndarray = field(init=False, metadata=HANDED_ON)
     moved: np.ndarray = field(init=False)
-    expected: list[tuple[np.ndarray, float]] = field(default_factory=list)
+    expected: list[tuple[np.ndarray, float]] = field(default_factory=list, metadata=HANDED_ON)
     passes: int = 0
     trial: Trial | None = None
-    response: np.ndarray = field(init=False)
+    response: np.ndarray = field(init=False, metadata=HANDED_ON)
     learned: np.ndarray = field(init=False)
     asked: tuple[np.ndarray, np.ndarray] | None = None
-    estimated: np.ndarray = field(init=False)
-    errors: np.ndarray = field(init=False)
+    estimated: np.ndarray = field(init=False, metadata=HANDED_ON)
+    errors: np.ndarray = field(init=False, metadata=HANDED_ON)
 
 
 class ConsistentScheme(FullScheme[ConsistentState]):
@@ -121,7 +123,7 @@ class ConsistentScheme(FullScheme[ConsistentState]):
         )
 
     def ready(self, step: float) -> None:
-        settings, mbs = self.settings, self.model.mbs
+        settings = self.settings
         limit = float(np.max(settings.kp)) * step**2
         if limit > HIGHEST_GAIN:
             warn(
@@ -138,7 +140,7 @@ class ConsistentScheme(FullScheme[ConsistentState]):
                 "Scheme.FULL or CMC",
                 StabilityWarning,
             )
-        by_newmark = mbs.sys["simulationSettings"].timeIntegration.generalizedAlpha.useNewmark
+        by_newmark = goes_by_newmark(self.model.mbs)
         tree = isinstance(self.skeleton, Skeleton)
         if not (by_newmark or tree or settings.project_constraints):
             raise ModelError(

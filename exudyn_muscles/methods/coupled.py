@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import SimulationError
 from ..model import MusculoskeletalModel
+from ..simulation.state import HANDED_ON
 from ..skeleton.geometry import Geometry
 from ..skeleton.opened import Dynamics
 from .cosimulation_settings import CosimulationSettings
@@ -39,7 +40,7 @@ class CoupledState(TrackedState):
     opened: Opened = field(init=False)
     recruited: Recruited | None = None
     here: Dynamics = field(init=False)
-    last: tuple[np.ndarray, float] | None = None
+    last: tuple[np.ndarray, float] | None = field(default=None, metadata=HANDED_ON)
 
     def served(self) -> Recruited:
         """What was recruited in the step; SimulationError if nothing was."""

@@ -19,7 +19,7 @@ from ..muscle.arguments import check_range
 from ..muscle.dynamics import fiber_lengths
 from ..muscle.equilibrium import equilibrium
 from ..results.excitations import Excitations
-from ..simulation.state import RunState
+from ..simulation.state import HANDED_ON, RunState
 from ..skeleton.geometry import Geometry
 from .excitation_function import ExcitationFunction, SensedState
 
@@ -75,9 +75,9 @@ class ForwardRun(RunState):
         Excitations of the window that goes on.
     """
 
-    window: int = -1
-    decided: float = math.nan
-    held: np.ndarray = field(init=False)
+    window: int = field(default=-1, metadata=HANDED_ON)
+    decided: float = field(default=math.nan, metadata=HANDED_ON)
+    held: np.ndarray = field(init=False, metadata=HANDED_ON)
 
 
 class Windows(Given):

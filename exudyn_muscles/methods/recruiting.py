@@ -89,6 +89,11 @@ class Started(NamedTuple):
 class MuscleOptimization:
     """Recruitment over windows for one run, whose `counts` it adds to.
 
+    Attributes
+    ----------
+    windows : Windows
+        What the run's windows share.
+
     Raises
     ------
     ParameterError
@@ -101,7 +106,7 @@ class MuscleOptimization:
         self._model = model
         self._settings = settings
         self._counts = counts
-        self._windows = Windows(model.muscles, settings.window_tolerance, settings.integrator)
+        self.windows = Windows(model.muscles, settings.window_tolerance, settings.integrator)
         self._limits = Limits(settings.control_limits, model.muscles, model.reserves)
         self._recruiter = Recruiter(
             settings.solver, settings.coordinate_weights, settings.criterion
@@ -131,12 +136,12 @@ class MuscleOptimization:
         """A window from `t_0` to `t_1` that begins at the committed state."""
         u, ideal = self._limits.at(t_1)
         start = MuscleState(a, l_t, geometry.length, geometry.lengthening_speed)
-        return Opened(open_window(self._windows, start, t_1 - t_0, u), ideal, t_1)
+        return Opened(open_window(self.windows, start, t_1 - t_0, u), ideal, t_1)
 
     def reach(self, opened: Opened, geometry: Geometry) -> Reached:
         """Force limits (8), (9) where the window ends with this geometry."""
         reach = reach_end(opened.window, geometry.length, geometry.lengthening_speed)
-        self._counts.window_integrations = self._windows.tally[0]
+        self._counts.window_integrations = self.windows.tally[0]
         return Reached(opened, geometry, reach)
 
     def recruit(self, reached: Reached, Q_m: np.ndarray) -> Recruited:
@@ -166,7 +171,7 @@ class MuscleOptimization:
         reached, demanded, recruitment = recruited
         force, reserve = self._split(recruitment.force)
         excitation = excitations_of((at or reached).reach, force)
-        self._counts.window_integrations = self._windows.tally[0]
+        self._counts.window_integrations = self.windows.tally[0]
         low, high = reached.reach.low, reached.reach.high
         window = Window(excitation.excitation, demanded, recruitment.unmet, low, force, high)
         return Excited(excitation.activation, excitation.tendon_length, reserve, window)
@@ -175,7 +180,7 @@ class MuscleOptimization:
         """How the forces at the window's end follow the lengths there (m,) [N/m], with these
         excitations (m,) held."""
         slopes = end_slopes(reached.reach, excitation)
-        self._counts.window_integrations = self._windows.tally[0]
+        self._counts.window_integrations = self.windows.tally[0]
         return slopes
 
     def _split(self, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

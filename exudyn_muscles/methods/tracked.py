@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from ..model import MusculoskeletalModel
 from ..motion import Motion
 from ..results.tracking import ABSURD
-from ..simulation.state import RunState
+from ..simulation.state import HANDED_ON, RunState
 from .recruiting import MuscleOptimization, Started
 from .tracking import Tracking, TrackingSettings
 
@@ -30,7 +30,19 @@ class TrackedState(RunState):
     muscles: MuscleOptimization
     tracking: Tracking
     middle: np.ndarray
-    widest: np.ndarray
+    widest: np.ndarray = field(metadata=HANDED_ON)
+
+    def handed_on(self) -> dict[str, Any]:
+        return super().handed_on() | {"integrations": self.integrations}
+
+    @property
+    def integrations(self) -> int:
+        """Of one muscle over one window, up to now."""
+        return self.muscles.windows.tally[0]
+
+    @integrations.setter
+    def integrations(self, number: int) -> None:
+        self.muscles.windows.tally[0] = number
 
     def is_absurd(self, q: np.ndarray) -> bool:
         off = (q - self.middle) / self.widest

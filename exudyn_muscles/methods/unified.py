@@ -24,7 +24,7 @@ from ..numerics.kernel import kernel
 from ..results.recorder import Window
 from ..simulation.plugin import Plugin
 from ..simulation.solver import request_jacobian
-from ..simulation.state import RunState
+from ..simulation.state import HANDED_ON, RunState
 from ..skeleton.geometry import Geometry, geometry_tables, tree_geometry
 from ..skeleton.skeleton import Skeleton
 
@@ -152,10 +152,10 @@ class UnifiedState(RunState):
 
     room: StepRoom
     advance: Advance
-    reserve: np.ndarray = field(init=False)
-    ramp: tuple[float, float, np.ndarray, np.ndarray] = field(init=False)
+    reserve: np.ndarray = field(init=False, metadata=HANDED_ON)
+    ramp: tuple[float, float, np.ndarray, np.ndarray] = field(init=False, metadata=HANDED_ON)
     reserve_now: np.ndarray = field(init=False)
-    recorded: Window = field(init=False)
+    recorded: Window = field(init=False, metadata=HANDED_ON)
     begins: bool = False
 
 

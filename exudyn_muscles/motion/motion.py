@@ -25,7 +25,9 @@ LARGEST = 1e9  # of times and coordinates: nothing is known more finely than to 
 class Motion:
     """A desired motion of n coordinates over a time span.
 
-    Build one with `from_waypoints`, `from_samples`, `from_file` or `from_arrays`.
+    Build one with `from_waypoints`, `from_samples`, `from_file` or `from_arrays`. A target that is
+    moved while a run goes on derives from it, with `start`, `end`, `source`, `__len__` and
+    `__call__` of its own; what it says of times that are over has to stay.
 
     Attributes
     ----------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 
@@ -37,3 +37,11 @@ class Counts:
     recruitments: int = 0
     window_integrations: int = 0
     newton_iterations: int = 0
+
+    def copy(self) -> Counts:
+        """These numbers, which then stay."""
+        return replace(self)
+
+    def recall(self, before: Counts) -> None:
+        """Go on from these numbers."""
+        vars(self).update(vars(before))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from time import process_time
 from typing import Any, NamedTuple
@@ -53,6 +52,13 @@ class Row(NamedTuple):
     reserve: np.ndarray
     window: Window | None  # None: the one before goes on
     place: tuple  # what the model's geometry takes there
+
+
+class Recorded(NamedTuple):
+    """What was accepted up to some time: the `start` of a `Recorder`, and its rows."""
+
+    start: tuple[float, np.ndarray, np.ndarray]
+    rows: tuple[Row, ...]
 
 
 class Recorder:
@@ -123,6 +129,20 @@ class Recorder:
         """The run has reached its end."""
         self.status = Status.COMPLETE
 
+    def go_on(self) -> None:
+        """The run goes on, from its start or from where it had ended."""
+        self.status = Status.INCOMPLETE
+
+    @property
+    def recorded(self) -> Recorded:
+        """What was accepted so far."""
+        return Recorded(self.start, tuple(self._rows))
+
+    def go_back(self, recorded: Recorded) -> None:
+        """Have this instead, up to the end of a run."""
+        self.start, self._rows[:] = recorded.start, recorded.rows
+        self.status, self.message = Status.COMPLETE, ""
+
     def lose(self, how: str) -> None:
         """The run has left its motion."""
         self.status, self.message = Status.LOST, how
@@ -189,7 +209,7 @@ class Recorder:
             method=self._method,
             status=self.status,
             message=self.message,
-            counts=dataclasses.replace(self._counts),
+            counts=self._counts.copy(),
             cpu_time=ended - self._begun,
             settings=plain(self._settings),
             versions=dict(versions()),

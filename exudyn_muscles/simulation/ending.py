@@ -2,19 +2,33 @@
 
 from __future__ import annotations
 
+from typing import NoReturn
+
 import exudyn as exu
 import numpy as np
 
-from ..errors import IncompleteRunWarning, TrackingWarning, UnmetTorqueWarning, warn
+from ..errors import (
+    IncompleteRunWarning,
+    SimulationError,
+    TrackingWarning,
+    UnmetTorqueWarning,
+    warn,
+)
 from ..results.counts import Status
 from ..results.recorder import Recorder
 from ..results.tracking import NOTICEABLE
 from ..skeleton.base import ExudynSkeleton
+from ..skeleton.reading import original, raise_as_itself
 
 
-def warn_of_early_end(record: Recorder, solver: exu.MainSolverImplicitSecondOrder) -> None:
-    """Exudyn also returns True when it was stopped early."""
+def warn_of_early_end(
+    record: Recorder, solver: exu.MainSolverImplicitSecondOrder, within_step: bool
+) -> None:
+    """Exudyn also returns True when it was stopped early, and SolveSteps raises nothing when it
+    gave up `within_step`."""
     why = "a user function" if solver.output.simulationStoppedByUserFunction else "the user"
+    if within_step:
+        why = "Exudyn, which gave up,"
     if solver.output.simulationTimeout:
         why = "exudyn.special.solver.timeout"
     warn_of_stop(record, why, solver.it.endTime)
@@ -51,6 +65,20 @@ def warn_of_shortfalls(record: Recorder, off: str) -> None:
         warn(f"unmet torque: {text}", UnmetTorqueWarning)
     if off:
         warn(f"tracking: {off}", TrackingWarning)
+
+
+def fail(record: Recorder, error: BaseException, where: str) -> NoReturn:
+    """Raise what was raised in a run as itself, and Exudyn's errors as a SimulationError; the
+    record keeps it, with `where` it was."""
+    raised = original(error)
+    if isinstance(raised, exu.ExudynError):
+        raised = SimulationError(f"Exudyn gave up {where}: {raised}")
+        record.fail(raised, where)
+        raise raised from error
+    if record.reached is not None:
+        raised.add_note(f"raised in the simulation {where}")
+    record.fail(raised, where)
+    raise_as_itself(raised, error)
 
 
 def place(skeleton: ExudynSkeleton, reached: float) -> str:

@@ -8,14 +8,13 @@ in `methods/`. For one step from t_n to t_n+1 Exudyn calls
     SystemJacobian          when a Newton matrix is built, at the iterate just before
     PostStep                the step is accepted: the trial becomes the committed state
 
-and PostStep once more at the start of the run. Nothing is committed before PostStep, and every
-evaluation starts from the committed state, so that rejected steps leave no trace.
+and PostStep once more where the run begins or goes on. Nothing is committed before PostStep, and
+every evaluation starts from the committed state, so that rejected steps leave no trace.
 """
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -32,26 +31,41 @@ from ..results.recorder import Recorder, Row, Window
 from ..results.trajectory import Trajectory
 from ..skeleton.external_forces import check_external_forces
 from ..skeleton.hold import Hold, hold
-from ..skeleton.reading import original, raise_as_itself
-from .ending import judge_tracking, place, warn_of_early_end, warn_of_shortfalls
+from . import continuing
+from .continuing import RunPoint
+from .ending import fail, judge_tracking, place, warn_of_early_end, warn_of_shortfalls
 from .hooks import Hooks
+from .method import Method
 from .parameters import keep_parameters
 from .settings import RunSettings
-from .solver import matrix_triplets, put_back_solver, request_jacobian, running_solver
-from .start import check_times, warn_of_distance
-from .state import RunState
+from .solver import (
+    check_begins,
+    forget_solver,
+    goes_by_newmark,
+    last_solver,
+    matrix_triplets,
+    put_back_solver,
+    request_jacobian,
+    running_solver,
+)  # fmt: skip
+from .start import check_end_time, check_start_time, warn_of_distance
 
 Progress = Callable[[float], None]
 
+SAME_STEP = 1e-6  # of its length: what steps of the same length may differ by
 
-class Plugin(ABC):
+
+class Plugin(Method):
     """Muscles as part of an Exudyn simulation, through the user functions of the `mbs`.
 
-    Use it around one call of `mbs.SolveDynamic`, with any implicit solver and settings:
+    Use it around a call of `mbs.SolveDynamic`, with any implicit solver and settings:
 
         with plugin.attached():
             mbs.SolveDynamic(simulationSettings, solverType=...)
         result = plugin.result()
+
+    Several calls with `updateInitialValues=True`, or of `SolveSteps` of a solver of your own that
+    is `mbs.sys["dynamicSolver"]`, are one run as long as each begins where the one before ended.
 
     User functions that the `mbs` already has are called first, as before. `result` can also be read
     after an exception: it holds what was accepted up to then.
@@ -68,13 +82,6 @@ class Plugin(ABC):
     progress : callable, optional
         Called with the time reached after every accepted step.
     """
-
-    method: str
-    feeds_back = True  # the torque depends on the iterate, so that Newton's matrix has to know it
-    goes_by_rule = True  # the coordinates are where Exudyn's rule has them
-    settings: RunSettings
-    motion: Motion | None
-    state: RunState
 
     def __init__(
         self,
@@ -93,12 +100,6 @@ class Plugin(ABC):
         self._progress = progress
         self.state = self.new_state()
 
-    # What a method supplies.
-
-    @abstractmethod
-    def new_state(self) -> RunState:
-        """State of a run that has not begun."""
-
     def _common(self) -> dict[str, Any]:
         """What every run's state begins with."""
         counts = Counts()
@@ -107,49 +108,12 @@ class Plugin(ABC):
             "counts": counts, "record": record, "end": self.end_time, "t_0": self.start_time
         }  # fmt: skip
 
-    @abstractmethod
-    def begin(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Set the state's `a`, `l_t` (m,) and `geometry` at the start; return the torque (n,).
-
-        They are the committed state from then on; only `accept` replaces them.
-        """
-
-    @abstractmethod
-    def ready(self, step: float) -> None:
-        """The run begins with steps of length `step` [s]: a last chance to warn."""
-
-    @abstractmethod
-    def open_step(self, t_0: float, t_1: float) -> None:
-        """A step is tried: `skeleton.start` holds q, q', q'' at `t_0`."""
-
-    @abstractmethod
-    def torque(self, t: float, first: bool) -> np.ndarray | None:
-        """The torque (n,) at Exudyn's iterate; None leaves the last one.
-
-        `first` marks Exudyn's predictor, where q'' is zero.
-        """
-
-    @abstractmethod
-    def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
-        """The tree's rows of the Newton matrix (n, N) in place of Exudyn's `exact` ones.
-
-        N counts all coordinates of the system, the tree's are `skeleton.free`. Exudyn's matrix is
-        mass * M + dq * dR/dq + dv * dR/dq', where dq, dv < 0 are its own factors and R is its
-        right-hand side with the muscles' torque held.
-        """
-
-    @abstractmethod
-    def accept(self, t_0: float, t_1: float) -> tuple[np.ndarray, Window | None]:
-        """The step is accepted at the last iterate: commit.
-
-        Returned are the reserves (r,) and, unless the window before goes on, the window.
-        """
-
     # What a user calls.
 
     @contextmanager
     def attached(self) -> Iterator[Plugin]:
-        """Install the plugin's user functions for one run; remove them afterwards.
+        """Install the plugin's user functions for one run, which may end and go on; remove them
+        afterwards.
 
         Raises
         ------
@@ -187,28 +151,22 @@ class Plugin(ABC):
         self.state = state
         try:
             # What another run has left there must not be taken for this run's solver.
-            held.keep(partial(put_back_solver, mbs, mbs.sys.get("dynamicSolver")))
-            mbs.sys.pop("dynamicSolver", None)
+            held.keep(partial(put_back_solver, mbs, last_solver(mbs)))
+            forget_solver(mbs)
             skeleton.begin(self.begin(skeleton.q.copy(), skeleton.v.copy()))
             held.keep(hooks.restore)
             hooks.install(self._own_hooks(hooks))
+            state.attached = True
             yield self
             hooks.check()
             off = judge_tracking(record, state.end)
-            if state.started and record.status is Status.INCOMPLETE:
-                warn_of_early_end(record, running_solver(mbs))
+            if state.running and record.status is Status.INCOMPLETE:
+                warn_of_early_end(record, running_solver(mbs), state.open)
         except BaseException as error:
-            raised = original(error)
-            where = place(skeleton, self.start_time if record.reached is None else record.reached)
-            if isinstance(raised, exu.ExudynError):
-                raised = SimulationError(f"Exudyn gave up {where}: {raised}")
-                record.fail(raised, where)
-                raise raised from error
-            if state.started:
-                raised.add_note(f"raised in the simulation {where}")
-            record.fail(raised, where)
-            raise_as_itself(raised, error)
+            reached = self.start_time if record.reached is None else record.reached
+            fail(record, error, place(skeleton, reached))
         finally:
+            state.attached = False
             record.stop()
         warn_of_shortfalls(record, off)
 
@@ -248,17 +206,46 @@ class Plugin(ABC):
             raise SimulationError("there is no result yet: run mbs.SolveDynamic within attached()")
         return record.trajectory()
 
+    def save(self) -> RunPoint:
+        """The point that the run has reached at the end of the last call of Exudyn's solver.
+
+        Raises
+        ------
+        SimulationError
+            There is none, or it stopped before its end.
+        """
+        return continuing.save_point(self.method, self.model, self.state)
+
+    def restore(self, point: RunPoint) -> None:
+        """Be at a point again, within `attached()` and between calls of Exudyn's solver.
+
+        The system's initial and current state, muscles, windows, controls, counts and the record
+        are as they were there: the same call gives the same bits, another one another future. The
+        point may be of an earlier `attached()`, and of the same model made anew.
+
+        Parameters
+        ----------
+        point : RunPoint
+            From `save` of a run by the same method.
+
+        Raises
+        ------
+        ModelError
+            The plugin is not attached, or the point does not fit it; names what differs.
+        """
+        continuing.restore_point(point, self.method, self.model, self.state, self.start_time)
+
     # The hooks.
 
     def _pre_step(self, hooks: Hooks, mbs: exu.MainSystem, t: float) -> bool:
         """Open a step; a step still open was rejected."""
         state, t_0 = self.state, mbs.systemData.GetTime(exu.ConfigurationType.StartOfStep)
-        if not state.started or (state.open and t_0 != state.t_0):
+        if not state.running or (state.open and t_0 != state.t_0):
             hooks.check()  # PostStep was not called
         state.counts.rejected_steps += state.open
         state.open, state.t_0, state.iteration, state.calls = True, t_0, -1, 0
         before, state.step = state.step, t - t_0
-        if abs(state.step - before) > 1e-6 * state.step:
+        if abs(state.step - before) > SAME_STEP * state.step:
             # Modified Newton would go on with the matrix of the other step size; with ten
             # iterations a step instead of one, Exudyn never enlarges a reduced step again.
             request_jacobian(mbs)
@@ -298,12 +285,11 @@ class Plugin(ABC):
         return container
 
     def _post_step(self, hooks: Hooks, mbs: exu.MainSystem, t: float) -> bool:
-        """Commit the accepted step, or check that the run starts as the plugin was told."""
-        state = self.state
-        if not state.open:
+        """Commit the accepted step, or begin the run or let it go on."""
+        state, iteration = self.state, running_solver(mbs).it
+        if not state.open or iteration.currentStepIndex == 0:
             hooks.check()
-            self._check_start(mbs, t)
-            self._add(t, state.record.start[1], None)
+            self._begin_run(mbs, t)
             return True
         if state.calls == 0:
             hooks.check()
@@ -316,9 +302,9 @@ class Plugin(ABC):
             state.geometry = self.model.geometry(*self.skeleton.place)
         self._add(t, *accepted)
         state.counts.steps += 1
-        end = running_solver(mbs).it.endTime
-        if t >= end - 1e-9 * max(1.0, abs(end)):
+        if t >= iteration.endTime - state.rounding:
             state.record.complete()
+            state.running, state.ended = False, continuing.end_of_run(self.model, t)
         if self._progress is not None:
             self._progress(t)
         return not state.is_absurd(self.skeleton.q)
@@ -331,19 +317,24 @@ class Plugin(ABC):
         point = *(x.copy() for x in current), *whole, state.a, state.l_t, skeleton.applied(place)
         state.record.add(Row(t, point, reserve, window, (*point[:2], *place[2:])))
 
-    def _check_start(self, mbs: exu.MainSystem, t: float) -> None:
-        state = self.state
-        if state.started:
-            raise ModelError(
-                "a second run began within one attached(): attach the plugin anew for every run"
-            )
-        state.started = True
-        iteration = running_solver(mbs).it
-        check_times(t, iteration.endTime, self.start_time, self.end_time)
-        check_external_forces(mbs, iteration.startTime, iteration.endTime)
-        state.end = iteration.endTime
-        if self.motion is not None:
-            warn_of_distance(self.motion, t, self.skeleton.q)
-        self.ready((iteration.endTime - iteration.startTime) / iteration.numberOfSteps)
-        algorithm = mbs.sys["simulationSettings"].timeIntegration.generalizedAlpha
-        self.skeleton.settle(algorithm.useNewmark)
+    def _begin_run(self, mbs: exu.MainSystem, t: float) -> None:
+        """A run begins, or goes on where the one before has ended."""
+        check_begins(mbs, t)
+        state, iteration = self.state, running_solver(mbs).it
+        end, goes_on = iteration.endTime, state.record.reached is not None
+        if goes_on:
+            continuing.go_on(self.model, state, t)
+        else:
+            check_start_time(t, self.start_time)
+        check_end_time(t, end, self.end_time)
+        state.begin_run(end, check_external_forces(mbs, t, end))
+        if goes_on:
+            step = iteration.currentStepSize
+            if abs(step - state.step) > SAME_STEP * step:
+                self.ready(step)
+        else:
+            if self.motion is not None:
+                warn_of_distance(self.motion, t, self.skeleton.q)
+            self.ready((end - iteration.startTime) / iteration.numberOfSteps)
+            self.skeleton.settle(goes_by_newmark(mbs))
+            self._add(t, state.record.start[1], None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import exudyn as exu
@@ -9,6 +10,14 @@ import numpy as np
 
 from ..errors import ModelError
 from ..skeleton.base import ExudynSkeleton
+
+SAME_TIME = 1e-9  # s: Exudyn adds up the steps of a run
+SOLVER = ("dynamicSolver", "simulationSettings")  # in mbs.sys
+UNKNOWN_SOLVER = (
+    "the plugin works with mbs.SolveDynamic and its default storeSolver=True; a solver of your own "
+    "for SolveSteps is to be found within attached() as mbs.sys['dynamicSolver'], its settings as "
+    "mbs.sys['simulationSettings']"
+)
 
 
 def running_solver(mbs: exu.MainSystem) -> exu.MainSolverImplicitSecondOrder:
@@ -22,9 +31,35 @@ def running_solver(mbs: exu.MainSystem) -> exu.MainSolverImplicitSecondOrder:
     try:
         return mbs.sys["dynamicSolver"]
     except KeyError as error:
+        raise ModelError(UNKNOWN_SOLVER) from error
+
+
+def check_begins(mbs: exu.MainSystem, t: float) -> None:
+    """Raise ModelError unless it is this solver that begins to solve at the time `t`, and goes on
+    from there."""
+    iteration = running_solver(mbs).it
+    if iteration.currentStepIndex != 0:
+        raise ModelError(UNKNOWN_SOLVER)
+    if not iteration.adaptiveStep and abs(iteration.startTime - t) > SAME_TIME:
         raise ModelError(
-            "the plugin works with mbs.SolveDynamic and its default storeSolver=True"
-        ) from error
+            f"without adaptiveStep Exudyn counts steps from it.startTime = {iteration.startTime:g} "
+            f"s, and SolveSteps begins at t = {t:g} s: set solver.it.startTime as well"
+        )
+
+
+def goes_by_newmark(mbs: exu.MainSystem) -> bool:
+    """Whether it goes by Newmark's method, as TrapezoidalIndex2, and not by generalized alpha.
+
+    Raises
+    ------
+    ModelError
+        The run does not store its settings.
+    """
+    try:
+        settings = mbs.sys["simulationSettings"]
+    except KeyError as error:
+        raise ModelError(UNKNOWN_SOLVER) from error
+    return bool(settings.timeIntegration.generalizedAlpha.useNewmark)
 
 
 def request_jacobian(mbs: exu.MainSystem) -> None:
@@ -32,10 +67,27 @@ def request_jacobian(mbs: exu.MainSystem) -> None:
     running_solver(mbs).conv.jacobianUpdateRequested = True
 
 
-def put_back_solver(mbs: exu.MainSystem, solver: Any) -> None:
+def set_time_of_solver(mbs: exu.MainSystem, t: float) -> None:
+    """Have the solver that the `mbs` has, if any, go on at the time `t`."""
+    if SOLVER[0] in mbs.sys:
+        mbs.sys[SOLVER[0]].it.currentTime = t
+
+
+def last_solver(mbs: exu.MainSystem) -> dict[str, Any]:
+    """Solver and settings of the last run, as far as there are any, by their names in mbs.sys."""
+    return {name: mbs.sys[name] for name in SOLVER if name in mbs.sys}
+
+
+def forget_solver(mbs: exu.MainSystem) -> None:
+    """Leave the `mbs` without them."""
+    for name in SOLVER:
+        mbs.sys.pop(name, None)
+
+
+def put_back_solver(mbs: exu.MainSystem, last: Mapping[str, Any]) -> None:
     """Where no run has left another one."""
-    if solver is not None:
-        mbs.sys.setdefault("dynamicSolver", solver)
+    for name, value in last.items():
+        mbs.sys.setdefault(name, value)
 
 
 def matrix_triplets(skeleton: ExudynSkeleton) -> np.ndarray:

@@ -11,14 +11,20 @@ from ..motion import Motion
 FAR_AWAY = 0.02
 
 
-def check_times(t: float, run_end: float, start: float, end: float) -> None:
-    """Raise ParameterError or MotionError unless a run from `t` to `run_end` [s] is one that
-    begins at `start` and ends by `end`."""
+def check_start_time(t: float, start: float) -> None:
+    """Raise ParameterError unless a run from the time `t` begins at `start` [s]."""
     if abs(t - start) > 1e-9:
         raise ParameterError(
             f"timeIntegration.startTime = {t:g} s, but the plugin's muscles start at {start:g} s; "
             "give the plugin the start of the run with start="
         )
+
+
+def check_end_time(t: float, run_end: float, end: float) -> None:
+    """Raise ParameterError or MotionError unless a run from `t` to `run_end` [s] has steps and ends
+    by `end`."""
+    if not run_end > t:
+        raise ParameterError(f"timeIntegration.endTime = {run_end:g} s is not after t = {t:g} s")
     if run_end > end + 1e-9:
         raise MotionError(f"timeIntegration.endTime = {run_end:g} s is beyond the end at {end:g} s")
 

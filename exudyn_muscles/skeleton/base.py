@@ -209,14 +209,14 @@ class ExudynSkeleton(ABC):
         """Their speeds (N,)."""
 
     @property
-    @abstractmethod
     def drift(self) -> float:
-        """By how much the constraints are violated at most there [rad, m or 1]."""
+        """By how much the constraints, if any, are violated at most there [rad, m or 1]."""
+        return 0.0
 
-    @abstractmethod
     def project(self, by_rule: bool) -> bool:
         """At the end of a step, move the current state to where the constraints are met; False:
         there are none. The coordinates go by the trapezoidal rule, or stay where they are."""
+        return False
 
     @property
     @abstractmethod
@@ -292,6 +292,17 @@ class ExudynSkeleton(ABC):
     @abstractmethod
     def apply(self, load: np.ndarray | None) -> None:
         """Set the load at Exudyn's iterate, on top of the user's own; None: the last one stays."""
+
+    @property
+    @abstractmethod
+    def memory(self) -> tuple[np.ndarray, ...]:
+        """What evaluations take from the ones before: the load that is applied, to the last bit,
+        and turns of angles."""
+
+    @abstractmethod
+    def recall(self, memory: tuple[np.ndarray, ...]) -> None:
+        """Have the `memory` of another time back, where the current state is that of then, and
+        contacts as they were."""
 
     @abstractmethod
     def applied(self, place: tuple) -> np.ndarray:

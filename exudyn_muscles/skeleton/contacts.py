@@ -104,6 +104,10 @@ class Contacts:
         """Every GeneralContact as it was when the step began."""
         self._settle_general(*self._state.at_start[:2])
 
+    def settle_general(self) -> None:
+        """Every GeneralContact at the current state, where a step is to begin."""
+        self._settle_general(*self._state.current[:2])
+
     def _settle_general(self, coordinates: np.ndarray, speeds: np.ndarray) -> None:
         if not self._general:
             return

@@ -12,6 +12,7 @@ evaluates, so that they are part of Q in its own runs and in the inverse dynamic
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections.abc import Sequence
 
@@ -85,8 +86,15 @@ def add_external_force(
     )
 
 
-def check_external_forces(mbs: exu.MainSystem, start: float, end: float) -> None:
-    """Raise ParameterError unless the records of all external forces span `start` to `end` [s]."""
+def check_external_forces(mbs: exu.MainSystem, start: float, end: float) -> float:
+    """The time [s] at which the first record of an external force ends.
+
+    Raises
+    ------
+    ParameterError
+        One does not span `start` to `end` [s].
+    """
+    known = math.inf
     for number in range(mbs.systemData.NumberOfLoads()):
         function = mbs.GetLoad(number).get("loadVectorUserFunction")
         function = function["function"] if isinstance(function, dict) else function
@@ -99,6 +107,8 @@ def check_external_forces(mbs: exu.MainSystem, start: float, end: float) -> None
                 f"external force '{name}': its record spans [{times[0]:g}, {times[-1]:g}] s, the "
                 f"run [{start:g}, {end:g}] s; where it is known to vanish, give it samples of zero"
             )
+        known = min(known, float(times[-1]))
+    return known
 
 
 def _link_markers(

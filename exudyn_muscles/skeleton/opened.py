@@ -61,6 +61,8 @@ class Opened:
     rows : slice
     state : State
     contacts : Contacts
+    total : (N,) ndarray
+        The torques that Exudyn has now, with the user's own.
     """
 
     def __init__(self, mbs: exu.MainSystem, tree: int, rows: slice, known_to_exudyn: bool) -> None:
@@ -78,22 +80,26 @@ class Opened:
         self._set = mbs.SetObjectParameter
         torque = mbs.GetObjectParameter(tree, "jointForceVector")
         self._user_torque = np.zeros(self.state.q.size) + (torque if np.size(torque) else 0.0)
-        self._total = self._user_torque.copy()
+        self.total = self._user_torque.copy()
 
     def leave(self) -> None:
         """Give the tree back with the user's own joint torques alone."""
-        self._total[:] = self._user_torque
-        self._set(self._tree, "jointForceVector", self._total)
+        self.set_total(self._user_torque)
+
+    def set_total(self, torque: np.ndarray) -> None:
+        """Set the `total`."""
+        self.total[:] = torque
+        self._set(self._tree, "jointForceVector", self.total)
 
     def apply(self, torque: np.ndarray) -> None:
         """Set torques (N,) on top of the user's own `jointForceVector`."""
-        np.add(self._user_torque, torque, out=self._total)
-        self._set(self._tree, "jointForceVector", self._total)
+        np.add(self._user_torque, torque, out=self.total)
+        self._set(self._tree, "jointForceVector", self.total)
 
     @property
     def applied(self) -> np.ndarray:
         """The torques (N,) that Exudyn has now, without the user's own."""
-        return self._total - self._user_torque
+        return self.total - self._user_torque
 
     def dynamics(self) -> tuple[np.ndarray, np.ndarray]:
         """M (N, N) and H - Q (N,), without `apply`'s torques, at the system's current state."""
@@ -101,7 +107,7 @@ class Opened:
         solver.ComputeMassMatrix(mbs)
         solver.ComputeODE2RHS(mbs)
         M = solver.GetSystemMassMatrix()[self.rows, self.rows]
-        return M, self._total - self._user_torque - solver.GetSystemResidual()[self.rows]
+        return M, self.total - self._user_torque - solver.GetSystemResidual()[self.rows]
 
     def accelerate_others(self) -> None:
         """Set the accelerations of the bodies outside the tree at the last `dynamics`."""

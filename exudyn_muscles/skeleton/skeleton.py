@@ -227,13 +227,6 @@ class Skeleton(ExudynSkeleton):
         return NO_COORDINATES
 
     @property
-    def drift(self) -> float:
-        return 0.0
-
-    def project(self, by_rule: bool) -> bool:
-        return False
-
-    @property
     def place(self) -> tuple:
         return self.q, self.v
 
@@ -310,6 +303,14 @@ class Skeleton(ExudynSkeleton):
 
     def apply(self, torque: np.ndarray | None) -> None:
         self.basis.apply(self._opened, torque)
+
+    @property
+    def memory(self) -> tuple[np.ndarray, ...]:
+        return (self._opened.total.copy(),)
+
+    def recall(self, memory: tuple[np.ndarray, ...]) -> None:
+        self._opened.set_total(*memory)
+        self._opened.contacts.settle_general()
 
     def applied(self, place: tuple) -> np.ndarray:
         return self.basis.applied(self._opened)

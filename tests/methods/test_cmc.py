@@ -259,20 +259,34 @@ def test_reserves_keep_their_limits_where_steps_do_not_divide_the_window(step):
     assert np.abs(cmc.reserves).max() == pytest.approx(3.0)
 
 
-def test_a_window_ends_with_the_run():
-    """The last one is as long as what is left, and asks for nothing beyond."""
-    model, motion = planar_arm.build(), planar_arm.motion()
+@pytest.mark.parametrize(("motion_end", "aim"), [(0.096, 0.096), (1.0, 0.1)])
+def test_a_window_is_aimed_at_its_own_end(motion_end, aim):
+    """Also where a run ends before, because another one may go on; beyond the motion there is
+    nothing, and the last window is as long as what is left."""
+    model, motion = planar_arm.build(), planar_arm.motion().between(0.0, motion_end)
     start_at(model, motion)
     cmc = plugin_run(
         model, em.CMCPlugin(model, motion, em.CMCSettings(kp=KP)), settings(0.001, 0.096)
     )
     assert cmc.window_time[-2:] == pytest.approx([0.09, 0.096])
-    q, v, a = motion(0.096)
+    q, v, a = motion(aim)
     M, bias = inverse_dynamics(model, q, v)
     start = cmc.time.searchsorted(0.09 - 1e-9)
     q_d, v_d, _ = motion(0.09)
     a = a + KP * (q_d - cmc.coordinates[start]) + 2 * KP**0.5 * (v_d - cmc.speeds[start])
     np.testing.assert_allclose(cmc.torques_demanded[-1], M @ a + bias, rtol=1e-9)
+
+
+def test_a_window_is_aimed_at_nothing_unknown():
+    """Where the record of an external force ends with the run, and would be zero beyond."""
+    model, motion = planar_arm.build(), planar_arm.motion()
+    record = em.ExternalForce("held", 1, [0.0, 0.096], torque=np.tile([0.0, 0.0, 5.0], (2, 1)))
+    em.add_external_force(model.mbs, model.skeleton.object, record)
+    model.mbs.Assemble()
+    start_at(model, motion)
+    cmc = plugin_run(model, em.CMCPlugin(model, motion), settings(0.001, 0.096))
+    assert cmc.torques_demanded[:, 1].max() < 0.0
+    assert np.abs(np.diff(cmc.torques_demanded[-3:, 1])).max() < 0.3
 
 
 def inverse_dynamics(model, q, v):

@@ -584,12 +584,12 @@ def test_the_solver_of_the_users_last_run_comes_back(model, motion):
     """Where the plugin's run had none, or static optimization, which needs none in the mbs."""
     mbs = model.mbs
     mbs.SolveDynamic(settings(end=0.02), solverType=TRAPEZOIDAL)
-    solver = mbs.sys["dynamicSolver"]
+    solver, of_user = mbs.sys["dynamicSolver"], mbs.sys["simulationSettings"]
     with csf(model, motion).attached():
-        assert "dynamicSolver" not in mbs.sys
-    assert mbs.sys["dynamicSolver"] is solver
+        assert not {"dynamicSolver", "simulationSettings"} & set(mbs.sys)
+    assert mbs.sys["dynamicSolver"] is solver and mbs.sys["simulationSettings"] is of_user
     em.static_optimization(model, motion)
-    assert mbs.sys["dynamicSolver"] is solver
+    assert mbs.sys["dynamicSolver"] is solver and mbs.sys["simulationSettings"] is of_user
     plugin_run(model, csf(model, motion), settings(end=0.02))
     assert mbs.sys["dynamicSolver"] is not solver
 

@@ -50,6 +50,8 @@ class OpenedSystem:
     ----------
     state : State
     contacts : Contacts
+    turns : (n,) ndarray
+        Coordinates of the last pose, from which angles are counted.
     passive : int
         Number of directions in which it moves besides.
     """
@@ -78,13 +80,13 @@ class OpenedSystem:
         self._tables, self._R, self._p = frames.tables()
         self._markers, self._tracked = frames.markers, tracked
         self._rigid = not (frames.markers or tracked.functions)  # frames are those of bodies alone
-        self._turns = np.zeros(len(names))
+        self.turns = np.zeros(len(names))
         self._object, self._order = forces
         self._load = np.zeros(n)
         self._last: list = []  # x, x', t of the last `dynamics`, and its place
         if near is not None:
-            self._turns[:] = near
-        self._turns[:] = self.pose().z
+            self.turns[:] = near
+        self.turns[:] = self.pose().z
         self.passive = self._directions() - len(names)
         self._poses = Poses(
             self._equations, self._factors, self.state, self._pose, names, self.passive > 0
@@ -94,8 +96,8 @@ class OpenedSystem:
 
     def pose(self) -> Pose:
         """At the current state, angles near those of the last pose."""
-        pose = self._pose(self._turns)
-        self._turns[:] = pose.z
+        pose = self._pose(self.turns)
+        self.turns[:] = pose.z
         return pose
 
     def _pose(self, near: np.ndarray) -> Pose:
@@ -277,14 +279,14 @@ class OpenedSystem:
         """
         self._data.SetTime(t)
         pose = self._poses.find(q, t)
-        self._turns[:] = q
+        self.turns[:] = q
         self._poses.speed(pose.T, v)
 
     def rest_at(self, q: np.ndarray, t: float) -> Pose:
         """The pose of `go_to`, for which speeds do not matter."""
         self._data.SetTime(t)
         pose = self._poses.find(q, t)
-        self._turns[:] = q
+        self.turns[:] = q
         return pose
 
     def _go_ahead(

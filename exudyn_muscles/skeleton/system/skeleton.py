@@ -300,6 +300,16 @@ class GeneralSkeleton(ExudynSkeleton):
         if load is not None:
             self.now.apply(load)
 
+    @property
+    def memory(self) -> tuple[np.ndarray, ...]:
+        return self.now.load.copy(), self.now.turns.copy()
+
+    def recall(self, memory: tuple[np.ndarray, ...]) -> None:
+        load, turns = memory
+        self.now.apply(load)
+        self.now.turns[:] = turns
+        self.now.contacts.settle_general()
+
     def applied(self, place: tuple) -> np.ndarray:
         return self.now.load @ place[3]
 
