@@ -667,7 +667,8 @@ def test_points_at_the_wrong_time():
     point = point_of(plugin)
     with pytest.raises(em.ModelError, match="within attached"):
         plugin.restore(point)
-    late = em.CosimulationPlugin(plugin.model, planar_arm.motion(), start=0.5)
+    literal = em.CosimulationSettings(scheme=em.Scheme.FULL)
+    late = em.CosimulationPlugin(plugin.model, planar_arm.motion(), literal, start=0.5)
 
     def restore():
         with late.attached():
