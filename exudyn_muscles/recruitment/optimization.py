@@ -73,7 +73,7 @@ class Recruiter:
             Something is not finite, or as `nearest`.
         """
         problem = self._criterion.problem(r, Q_m, F_min, F_max, N)
-        if not (np.isfinite(problem.A).all() and np.isfinite(problem.b).all()):
+        if not problem.finite:
             raise RecruitmentError(
                 f"the demanded torques {Q_m} or the forces {F_max} N are not finite"
             )
