@@ -210,7 +210,7 @@ class MuscleOptimization:
         return self._recruiter.solve(r, Q_m, low, high, N)
 
     def _check_met(self, recruitment: Recruitment, t: float) -> None:
-        if self._settings.raise_on_unmet_torque and recruitment.unmet.any():
+        if self._settings.raise_on_unmet_torque and not recruitment.met:
             pairs = zip(self._model.coordinates, recruitment.unmet, strict=True)
             short = {name: float(x) for name, x in pairs if x}
             raise UnmetTorqueError(f"torque out of reach at t = {t:g} s, short by {short}")

@@ -237,7 +237,7 @@ class UnifiedPlugin(Plugin):
         state.reserve = state.reserve_now
         # A window is what was held over accepted steps, wherever they end.
         u = room.start[2]
-        if not state.begins and np.array_equal(u, state.recorded.excitation):
+        if not state.begins and u.tobytes() == state.recorded.excitation.tobytes():
             return state.reserve, None
         state.recorded, state.begins = state.recorded._replace(excitation=u.copy()), False
         return state.reserve, state.recorded

@@ -19,7 +19,7 @@ SOURCES = (
     "numerics", "muscle", "path", "forces", "skeleton/tree.py", "skeleton/geometry.py",
     "skeleton/dependent.py", "skeleton/rotations.py", "skeleton/system/frames.py",
     "skeleton/system/measuring.py", "skeleton/system/geometry.py", "recruitment",
-    "methods/unified.py", "methods/course",
+    "methods/unified.py", "methods/tracking.py", "methods/course",
 )  # fmt: skip
 
 

@@ -31,13 +31,14 @@ class Recruitment(NamedTuple):
 
     `force` F_opt (m,) [N, or N m], `torque` delivered (n,), `unmet` demanded minus delivered torque
     (n,), exactly zero where the demand is met, and the `residual` of the optimality conditions:
-    that of `kkt_residual`, or out of reach those of `two_levels`.
+    that of `kkt_residual`, or out of reach those of `two_levels`. `met` says that all of it is.
     """
 
     force: np.ndarray
     torque: np.ndarray
     unmet: np.ndarray
     residual: float
+    met: bool
 
 
 class ScaledProblem(qpsolvers.Problem):
@@ -83,9 +84,11 @@ class ScaledProblem(qpsolvers.Problem):
         forces(x, N, F_min, F_max, F)
         torque = r.T @ F
         unmet = Q_m - torque
-        if not drop_below(unmet, self._nothing):
+        met = drop_below(unmet, self._nothing)
+        if not met:
             unmet[np.abs(unmet) <= self._tolerance(F)] = 0.0
-        return Recruitment(F, torque, unmet, residual)
+            met = not unmet.any()
+        return Recruitment(F, torque, unmet, residual, met)
 
     def _tolerance(self, F: np.ndarray) -> np.ndarray:
         """Up to where torques (n,) are no gap: of what a row's actuators can do, and of rounding in

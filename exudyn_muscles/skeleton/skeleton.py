@@ -326,7 +326,7 @@ class Skeleton(ExudynSkeleton):
         kv: float | np.ndarray,
     ) -> np.ndarray:
         # The residual is M (q'' - q''_CTC), whatever else acts on the skeleton.
-        rows = np.zeros_like(exact)
+        rows = np.zeros(exact.shape)
         rows[:, self.free] = here.M * (mass - kp - kv)
         return rows
 
