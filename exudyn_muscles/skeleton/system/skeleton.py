@@ -240,11 +240,9 @@ class GeneralSkeleton(ExudynSkeleton):
             return system.dynamics().place
 
     def along(self, q: np.ndarray) -> Iterator[tuple]:
-        t = self.mbs.systemData.GetTime()
         with self._apart(q[0]) as system:
-            system.state.v[:] = 0.0
-            for row in q:
-                yield (system.rest_at(row, t),)
+            for pose in system.rest_along(q):
+                yield (pose,)
 
     def pose(self) -> Pose:
         """The current one."""
