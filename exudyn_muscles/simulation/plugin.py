@@ -280,7 +280,7 @@ class Plugin(ABC):
         torque = self.torque(t, first)
         if torque is not None and not math.isfinite(torque.dot(torque)):
             raise SimulationError(f"torque {torque} at t = {t:g} s is not finite")
-        self.skeleton.apply(torque)
+        self.skeleton.apply(torque, state.here)
 
     def _system_jacobian(
         self, triplets: np.ndarray, mbs: exu.MainSystem, t: float, dq: float, dv: float, _: float

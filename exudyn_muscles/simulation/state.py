@@ -9,6 +9,7 @@ import numpy as np
 from ..results.counts import Counts
 from ..results.recorder import Recorder
 from ..skeleton.geometry import Geometry
+from ..skeleton.opened import Dynamics
 
 
 @dataclass(eq=False, kw_only=True)
@@ -27,6 +28,8 @@ class RunState:
         Start and length of this step [s].
     calls, iteration : int
         Evaluations of the torque in this step, and the number of the last Newton iteration.
+    here : Dynamics, optional
+        Those at the iterate, of methods that find them for every torque.
     a, l_t : (m,) ndarray
         The muscles' committed state.
     geometry : Geometry
@@ -42,6 +45,7 @@ class RunState:
     step: float = 0.0
     calls: int = 0
     iteration: int = -1
+    here: Dynamics | None = None
     a: np.ndarray = field(init=False)
     l_t: np.ndarray = field(init=False)
     geometry: Geometry = field(init=False)

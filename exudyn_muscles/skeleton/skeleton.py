@@ -238,8 +238,7 @@ class Skeleton(ExudynSkeleton):
         return self.q, self.v
 
     def dynamics(self) -> Dynamics:
-        M, bias = self.basis.dynamics(self._opened)
-        return Dynamics(M, bias, self.place)
+        return self.basis.dynamics(self._opened, self.place)
 
     def places_ahead(self, q: np.ndarray, v: np.ndarray, t: float, rule: Rule) -> Iterator[tuple]:
         return ((row, v) for row in q)
@@ -253,7 +252,7 @@ class Skeleton(ExudynSkeleton):
             if self.others:
                 state.go_back_to(t)
             self._place(q, v, t)
-            return Dynamics(*self.basis.dynamics(self._opened), (q, v))
+            return self.basis.dynamics(self._opened, (q, v))
         finally:
             state.restore(before)
 
@@ -271,7 +270,7 @@ class Skeleton(ExudynSkeleton):
             self._place(q, v, t)
             if ahead is not None:
                 contacts.settle_ahead(before[1])
-            return Dynamics(*self.basis.dynamics(self._opened), (q, v))
+            return self.basis.dynamics(self._opened, (q, v))
         finally:
             state.restore(before)
             if ahead is not None:
@@ -308,8 +307,8 @@ class Skeleton(ExudynSkeleton):
     def ideal_load(self, there: Dynamics, torque: np.ndarray) -> np.ndarray:
         return torque
 
-    def apply(self, torque: np.ndarray | None) -> None:
-        self.basis.apply(self._opened, torque)
+    def apply(self, torque: np.ndarray | None, here: Dynamics | None = None) -> None:
+        self.basis.apply(self._opened, torque, here)
 
     def applied(self, place: tuple) -> np.ndarray:
         return self.basis.applied(self._opened)

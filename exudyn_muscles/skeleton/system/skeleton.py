@@ -294,7 +294,7 @@ class GeneralSkeleton(ExudynSkeleton):
     def ideal_load(self, there: Dynamics, torque: np.ndarray) -> np.ndarray:
         return torque @ there.place[2].T
 
-    def apply(self, load: np.ndarray | None) -> None:
+    def apply(self, load: np.ndarray | None, here: Dynamics | None = None) -> None:
         if load is not None:
             self.now.apply(load)
 
