@@ -206,7 +206,9 @@ class UnifiedPlugin(Plugin):
             request_jacobian(self.model.mbs)
         state, u = self.state, self.controls(t_0, t_1)
         begun, end, first, last = state.ramp
-        state.reserve_now = first + (t_1 - begun) / (end - begun) * (last - first)
+        state.reserve_now = first
+        if first.size:
+            state.reserve_now = first + (t_1 - begun) / (end - begun) * (last - first)
         length, speed = state.geometry[:2]
         for row, values in enumerate((state.a, state.l_t, u, length, speed)):
             state.room.start[row] = values
