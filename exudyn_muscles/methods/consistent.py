@@ -237,7 +237,7 @@ class ConsistentScheme(FullScheme[ConsistentState]):
         h, law = state.step, state.tracking
         errors = self._errors(state, recruited.reached.opened.end)
         # A demand out of reach says nothing of the law.
-        if not recruited.recruitment.unmet.any():
+        if recruited.recruitment.met:
             e, e_t = state.errors
             ideal = speed_error(e, e_t, law.kp, law.kv, h)
             gain = 0.5 * self.settings.disturbance_gain / h

@@ -32,7 +32,7 @@ class CoupledState(TrackedState):
         For the torque that the skeleton has now; None: it has the demand itself, be it within reach
         or not, or that of the step before.
     here : Dynamics
-        Those of the last iterate.
+        Those of the last iterate; CSS has none.
     last : tuple of (n,) ndarray and float, optional
         q'' at the start of the step before, and its length.
     """

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..model import MusculoskeletalModel
 from ..simulation.solver import request_jacobian
 from ..skeleton.geometry import Geometry
 from ..skeleton.opened import Dynamics
-from .cosimulation_settings import FirstIterate
+from .cosimulation_settings import CosimulationSettings, FirstIterate
 from .coupled import CoupledScheme, S
 from .recruiting import Excited
 
@@ -19,6 +20,10 @@ class FullScheme(CoupledScheme[S]):
 
     feeds_back = True
 
+    def __init__(self, model: MusculoskeletalModel, settings: CosimulationSettings) -> None:
+        super().__init__(model, settings)
+        self._demand_first = settings.first_iterate is FirstIterate.DEMAND
+
     def ready(self, step: float) -> None:
         """Any step will do."""
 
@@ -29,7 +34,7 @@ class FullScheme(CoupledScheme[S]):
     def torque(self, state: S, t: float, first: bool) -> np.ndarray:
         state.here = here = self.skeleton.dynamics()
         Q_m = self.demand(state, t, here)
-        if first and self.settings.first_iterate is FirstIterate.DEMAND:
+        if first and self._demand_first:
             state.recruited = None
             return self.skeleton.ideal_load(here, Q_m)
         return self.recruit(state, Q_m, here)
@@ -42,7 +47,7 @@ class FullScheme(CoupledScheme[S]):
         self, state: S, exact: np.ndarray, mass: float, dq: float, dv: float
     ) -> np.ndarray:
         skeleton, tracking, here = self.skeleton, state.tracking, state.here
-        if state.recruited is None or not state.recruited.recruitment.unmet.any():
+        if state.recruited is None or state.recruited.recruitment.met:
             return skeleton.rows_of_law(exact, here, mass, tracking.kp * dq, tracking.kv * dv)
         return skeleton.rows_of_slopes(exact, here, mass, dq * self._slopes(state, dv / dq))
 

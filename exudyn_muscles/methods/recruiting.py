@@ -21,7 +21,7 @@ from ..model import MusculoskeletalModel
 from ..muscle.parameters import MuscleSet
 from ..recruitment.limits import Limits
 from ..recruitment.optimization import Recruiter
-from ..recruitment.problem import Recruitment
+from ..recruitment.problem import Recruitment, all_usable
 from ..recruitment.settings import RecruitmentSettings
 from ..recruitment.steady import steady_bounds, steady_state
 from ..recruitment.windows import (
@@ -201,7 +201,7 @@ class MuscleOptimization:
             N = np.asarray(given, dtype=float)
         except (TypeError, ValueError):
             N = np.array(np.nan)
-        if N.shape != high.shape or not (N > 0.0).all() or not np.isfinite(N).all():
+        if N.shape != high.shape or not all_usable(N):
             raise ParameterError(
                 f"normalizer: {self._settings.normalizer!r} must return {high.size} positive "
                 f"forces, got {given}"
@@ -210,12 +210,12 @@ class MuscleOptimization:
         r, N = geometry.moment_arms, N * self._cheaper
         if self._optimal.size:
             r = np.vstack([r, geometry.columns.T])
-            low, high = np.append(low, ideal[0]), np.append(high, ideal[1])
-            N = np.append(N, self._optimal)
+            low, high = np.concatenate((low, ideal[0])), np.concatenate((high, ideal[1]))
+            N = np.concatenate((N, self._optimal))
         return self._recruiter.solve(r, Q_m, low, high, N)
 
     def _check_met(self, recruitment: Recruitment, t: float) -> None:
-        if self._settings.raise_on_unmet_torque and recruitment.unmet.any():
+        if self._settings.raise_on_unmet_torque and not recruitment.met:
             pairs = zip(self._model.coordinates, recruitment.unmet, strict=True)
             short = {name: float(x) for name, x in pairs if x}
             raise UnmetTorqueError(f"torque out of reach at t = {t:g} s, short by {short}")

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..model import MusculoskeletalModel
 from ..motion import Motion, check_motion, warn_of_angles
+from ..numerics.kernel import kernel
 from ..recruitment.settings import RecruitmentSettings, check_fit
 from ..simulation.settings import RunSettings
 from ..skeleton.opened import Dynamics
@@ -69,6 +70,13 @@ def tracking_start(
     return start
 
 
+@kernel
+def by_law(q_d, v_d, a_d, q, v, kp, kv, a):
+    """Write the law's accelerations `a` (n,)."""
+    for j in range(a.size):
+        a[j] = a_d[j] + kv[j] * (v_d[j] - v[j]) + kp[j] * (q_d[j] - q[j])
+
+
 class Tracking:
     """The control law; the motion is evaluated once for every time."""
 
@@ -76,6 +84,7 @@ class Tracking:
         self._motion = motion
         self._known: dict[float, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
         self.kp, self.kv = _as_one_or_each(settings.kp), settings.velocity_gain
+        self._each = np.zeros((2, len(motion))) + np.array([self.kp, self.kv]).reshape(2, -1)
 
     def desired(self, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """q_d, q_d', q_d'' (n,) at `t`."""
@@ -87,9 +96,12 @@ class Tracking:
 
     def acceleration(self, t: float, t_error: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """q_d''(t) + k_v e' + k_p e with the errors of `q`, `v` at `t_error`: (12) and (15)."""
-        q_d, v_d, _ = self.desired(t_error)
-        _, _, a_d = self.desired(t)
-        return a_d + self.kv * (v_d - v) + self.kp * (q_d - q)
+        q_d, v_d, a_d = self.desired(t_error)
+        if t != t_error:
+            a_d = self.desired(t)[2]
+        found = np.empty(q.size)
+        by_law(q_d, v_d, a_d, q, v, *self._each, found)
+        return found
 
     def expected_error(self, t: float, t_0: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """q - q_d (n,) at `t` of what is at `q`, `v` at `t_0`, if it does as the law asks."""

@@ -206,7 +206,9 @@ class UnifiedPlugin(Plugin):
             request_jacobian(self.model.mbs)
         state, u = self.state, self.controls(t_0, t_1)
         begun, end, first, last = state.ramp
-        state.reserve_now = first + (t_1 - begun) / (end - begun) * (last - first)
+        state.reserve_now = first
+        if first.size:
+            state.reserve_now = first + (t_1 - begun) / (end - begun) * (last - first)
         length, speed = state.geometry[:2]
         for row, values in enumerate((state.a, state.l_t, u, length, speed)):
             state.room.start[row] = values
@@ -237,7 +239,7 @@ class UnifiedPlugin(Plugin):
         state.reserve = state.reserve_now
         # A window is what was held over accepted steps, wherever they end.
         u = room.start[2]
-        if not state.begins and np.array_equal(u, state.recorded.excitation):
+        if not state.begins and u.tobytes() == state.recorded.excitation.tobytes():
             return state.reserve, None
         state.recorded, state.begins = state.recorded._replace(excitation=u.copy()), False
         return state.reserve, state.recorded

@@ -14,11 +14,12 @@ from scipy.interpolate import BPoly, BSpline, make_interp_spline
 
 from ..errors import MotionError, StorageError
 from ..files.storage import read_storage
+from ..numerics.splines import QUINTIC, quintic_point
 from .coordinate import Coordinate
 from .low_pass import LowPass, low_passed
 from .plausibility import warn_of_columns
 
-DEGREE = 5  # quintic: the accelerations are smooth
+DEGREE = QUINTIC  # the accelerations are smooth
 LARGEST = 1e9  # of times and coordinates: nothing is known more finely than to 1e-7 there
 
 
@@ -41,6 +42,10 @@ class Motion:
         self, times: np.ndarray, curve: BSpline | BPoly, source: str | None = None
     ) -> None:
         self._curves = (curve, curve.derivative(), curve.derivative(2))
+        self._tables = None
+        if isinstance(curve, BSpline) and curve.k == QUINTIC:
+            # For single times, of which SciPy makes arrays for 10 us.
+            self._tables = (curve.t, *(np.ascontiguousarray(one.c) for one in self._curves))
         self.start, self.end = float(times[0]), float(times[-1])
         self.source = source
 
@@ -66,14 +71,21 @@ class Motion:
             A time lies outside the motion's span.
         """
         times = np.asarray(t, dtype=float)
+        if times.ndim:
+            low, high = times.min(initial=self.start), times.max(initial=self.start)
+        else:
+            low = high = times.item()
         margin = 1e-9 * max(self.end - self.start, 1.0)  # accumulated time steps
-        low, high = times.min(initial=self.start), times.max(initial=self.start)
         if not (low >= self.start - margin and high <= self.end + margin):
             worst = high if low >= self.start - margin else low
             raise MotionError(
                 f"the motion spans [{self.start:.10g}, {self.end:.10g}] s, asked for t = "
                 f"{worst:.10g} s"
             )
+        if not times.ndim and self._tables is not None:
+            x, basis = np.empty((3, self._tables[1].shape[1])), np.empty(DEGREE + 1)
+            quintic_point(*self._tables, min(max(low, self.start), self.end), basis, x)
+            return x[0], x[1], x[2]
         inside = np.minimum(np.maximum(times, self.start), self.end)
         q, v, a = (curve(inside) for curve in self._curves)
         return q, v, a

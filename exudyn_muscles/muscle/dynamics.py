@@ -140,6 +140,14 @@ def fiber_lengths(tables, l_t, l, l_m):
         l_m[i] = fiber(tables, i, max(l[i] - l_t[i], tables.table[i, P_MIN]))[0]
 
 
+@kernel
+def forces_and_fibers(tables, a, l_t, l, l_rate, F, l_m):
+    """Write `tendon_forces` F and `fiber_lengths` l_m (k, m) of k states, (k, m) each."""
+    for k in range(a.shape[0]):
+        tendon_forces(tables, a[k], l_t[k], l[k], l_rate[k], F[k])
+        fiber_lengths(tables, l_t[k], l[k], l_m[k])
+
+
 def muscle_dynamics(
     muscles: MuscleSet,
     activation: ArrayLike,

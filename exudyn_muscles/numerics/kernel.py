@@ -20,7 +20,7 @@ SOURCES = (
     "skeleton/geometry.py", "skeleton/passive.py",
     "skeleton/dependent.py", "skeleton/rotations.py", "skeleton/system/frames.py",
     "skeleton/system/measuring.py", "skeleton/system/geometry.py", "recruitment",
-    "methods/unified.py", "methods/course",
+    "methods/unified.py", "methods/tracking.py", "methods/course",
 )  # fmt: skip
 
 

@@ -8,7 +8,9 @@ import numpy as np
 
 from ..errors import ParameterError
 from .curves import Curve
+from .kernel import kernel
 
+QUINTIC = 5
 # A point every third of a degree of a full turn; the time goes with their third power.
 MOST_POINTS = 1000
 
@@ -52,6 +54,34 @@ def simm_spline(x: Sequence[float], y: Sequence[float]) -> Curve:
             return values[i] + t * (slope[i] + t * (0.5 * second[i] + t * third[i] / 6.0))
 
         return Curve(spline, list(knots), name="the spline")
+
+
+@kernel
+def quintic_point(knots, c, c_t, c_tt, at, basis, x):
+    """Write x, x', x'' (3, n) of a quintic B-spline of n columns at the place `at`.
+
+    `c` are its coefficients, `c_t` and `c_tt` those of its derivatives, which are B-splines of
+    lower degrees on the inner ones of its `knots`; `basis` (6,) is for the work. By de Boor's
+    recursion, which finds the B-splines of all three on its way, with the sums of SciPy's.
+    """
+    k, last = QUINTIC, knots.size - QUINTIC - 2
+    while k < last and at >= knots[k + 1]:
+        k += 1
+    basis[0] = 1.0
+    for degree in range(1, QUINTIC + 1):
+        lower, basis[0] = basis[0], 0.0
+        for n in range(1, degree + 1):
+            right, left = knots[k + n], knots[k + n - degree]
+            w = 0.0 if right == left else lower / (right - left)
+            basis[n - 1] += w * (right - at)
+            lower, basis[n] = basis[n], w * (at - left)
+        row = QUINTIC - degree
+        if row < 3:
+            of = c if row == 0 else c_t if row == 1 else c_tt
+            for j in range(x.shape[1]):
+                x[row, j] = 0.0
+                for n in range(degree + 1):
+                    x[row, j] += of[k - QUINTIC + n, j] * basis[n]
 
 
 def _derivatives(

@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import ParameterError
 from ..forces.actuators import Actuator, actuator_names
 from ..muscle.parameters import MuscleSet
+from ..numerics.kernel import kernel
 
 Course = float | tuple[Sequence[float], Sequence[float]]
 
@@ -68,14 +69,38 @@ class ControlLimits:
 
     def at(self, t: float) -> tuple[float, float]:
         """Minimum and maximum at a time [s]."""
-        low, high = (self._value(t, *each) for each in self._nodes)
+        low, high = (course_at(t, *each, self.steps) for each in self._nodes)
         return low, high
 
-    def _value(self, t: float, times: np.ndarray, values: np.ndarray) -> float:
-        if not self.steps:
-            return float(np.interp(t, times, values))
-        k = int(np.searchsorted(times, t - SAME_TIME))
-        return float(values[min(k, values.size - 1)])
+
+@kernel
+def course_at(t, times, values, steps):
+    """The value at the time `t` of a course, as `ControlLimits` has it and NumPy interpolates."""
+    last = times.size - 1
+    if steps:
+        return values[min(np.searchsorted(times, t - SAME_TIME), last)]
+    if t <= times[0]:
+        return values[0]
+    if t >= times[last]:
+        return values[last]
+    k = np.searchsorted(times, t, "right") - 1
+    if times[k] == t or values[k] == values[k + 1]:
+        return values[k]
+    slope = (values[k + 1] - values[k]) / (times[k + 1] - times[k])
+    value = slope * (t - times[k]) + values[k]
+    if np.isnan(value):  # no limit at the time before
+        value = slope * (t - times[k + 1]) + values[k + 1]
+    return value
+
+
+@kernel
+def courses_at(t, rows, starts, times, values, steps, table):
+    """Write minimum and maximum at the time `t` into these rows of a table (a, 2); course 2 k of
+    row k and the one behind it have the nodes from `starts` on."""
+    for k in range(rows.size):
+        for side in range(2):
+            nodes = slice(starts[2 * k + side], starts[2 * k + side + 1])
+            table[rows[k], side] = course_at(t, times[nodes], values[nodes], steps[k])
 
 
 class Limits:
@@ -108,7 +133,7 @@ class Limits:
         controls = [(actuator.min_control, actuator.max_control) for actuator in actuators]
         excitations = [(muscle.min_control, muscle.max_control) for muscle in muscles]
         self._usual = np.array([*excitations, *controls])
-        self._varied: list[tuple[int, ControlLimits]] = []
+        rows, courses = [], []
         for name, given in limits.items():
             if name not in names:
                 raise ParameterError(
@@ -117,23 +142,32 @@ class Limits:
             i = names.index(name)
             if i < len(muscles):
                 _check_muscle(name, given, float(muscles.minimum_activation[i]))
-            self._varied.append((i, given))
+            rows.append(i)
+            courses.append(given)
         self._lowest, self._muscles = muscles.minimum_activation, len(muscles)
         self._constant = self._split(self._usual)
+        self._courses = _packed(rows, courses) if rows else None
 
     def at(self, t: float) -> tuple[np.ndarray, np.ndarray]:
         """Excitations (2, m) and ideal actuators' forces (2, r) [N or N m], lowest and highest."""
-        if not self._varied:
+        if self._courses is None:
             return self._constant
         table = self._usual.copy()
-        for i, limits in self._varied:
-            table[i] = limits.at(t)
+        courses_at(t, *self._courses, table)
         return self._split(table)
 
     def _split(self, table: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         u, forces = table[: self._muscles].T.copy(), table[self._muscles :].T * self._optimal
         np.maximum(u[0], self._lowest, out=u[0])
         return u, forces
+
+
+def _packed(rows: Sequence[int], courses: Sequence[ControlLimits]) -> tuple[np.ndarray, ...]:
+    """What `courses_at` takes after the time."""
+    nodes = [each for course in courses for each in course._nodes]
+    times, values = (np.concatenate(part) for part in zip(*nodes, strict=True))
+    starts = np.cumsum([0, *(len(each[0]) for each in nodes)])
+    return np.array(rows), starts, times, values, np.array([course.steps for course in courses])
 
 
 def _nodes(name: str, course: Course) -> tuple[np.ndarray, np.ndarray]:

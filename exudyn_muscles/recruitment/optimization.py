@@ -9,7 +9,9 @@ N. The unknowns of the quadratic program are x = F / N, its rows are scaled to l
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from enum import Enum
+from functools import partial
 
 import daqp
 import numpy as np
@@ -58,7 +60,7 @@ class Recruiter:
         weights: ArrayLike = 1.0,
         criterion: Criterion = SquaredForces(),
     ) -> None:
-        self._solver, self._criterion = solver, criterion
+        self._ask, self._criterion = partial(ask, SOLVERS[solver], OF_SOLVER[solver]), criterion
         self._weights = np.sqrt(np.asarray(weights) / np.min(weights))
 
     def solve(
@@ -73,30 +75,32 @@ class Recruiter:
             Something is not finite, or as `nearest`.
         """
         problem = self._criterion.problem(r, Q_m, F_min, F_max, N)
-        if not (np.isfinite(problem.A).all() and np.isfinite(problem.b).all()):
+        if not problem.finite:
             raise RecruitmentError(
                 f"the demanded torques {Q_m} or the forces {F_max} N are not finite"
             )
-        answer = ask(self._solver, problem)
+        answer = self._ask(problem)
         if answer is not None:
             found = problem.recruited(*answer)
-            if not found.unmet.any():
+            if found.met:
                 return found
         # Out of reach, or within it but not for a solver of limited precision.
         return problem.recruited(*nearest(problem, self._weights))
 
 
-def ask(solver: Solver, problem: ScaledProblem) -> tuple[np.ndarray, float] | None:
-    """x and its KKT residual, if the solver has an acceptable answer."""
+def ask(
+    solve: Callable[[qpsolvers.Problem], Answer], accepted: float, problem: ScaledProblem
+) -> tuple[np.ndarray, float] | None:
+    """x and its KKT residual, if `solve` has an answer with one of `accepted` at most."""
     if problem.unreachable:
         return None
-    answer = problem.solved(SOLVERS[solver])
+    answer = problem.solved(solve)
     if answer is None:
         return None
     x, y = answer
     g = problem.gradient(x)
     residual = kkt_residual(x, g, y, problem.A, problem.b, problem.lb, problem.ub)
-    return (x, residual) if residual <= OF_SOLVER[solver] else None
+    return (x, residual) if residual <= accepted else None
 
 
 def _ask_daqp(problem: qpsolvers.Problem) -> Answer:

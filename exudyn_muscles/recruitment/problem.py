@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 import qpsolvers
+
+from ..numerics.kernel import kernel
 
 # A torque left over counts as unmet above this part of what the row's actuators can do, at their
 # normalising forces at most.
@@ -28,13 +31,14 @@ class Recruitment(NamedTuple):
 
     `force` F_opt (m,) [N, or N m], `torque` delivered (n,), `unmet` demanded minus delivered torque
     (n,), exactly zero where the demand is met, and the `residual` of the optimality conditions:
-    that of `kkt_residual`, or out of reach those of `two_levels`.
+    that of `kkt_residual`, or out of reach those of `two_levels`. `met` says that all of it is.
     """
 
     force: np.ndarray
     torque: np.ndarray
     unmet: np.ndarray
     residual: float
+    met: bool
 
 
 class ScaledProblem(qpsolvers.Problem):
@@ -45,27 +49,20 @@ class ScaledProblem(qpsolvers.Problem):
 
     `scale` (n,) are the rows' lengths before. Coordinates that actuators cross by no more than
     rounding have none, and rows of zeros; `unreachable` tells that one of these is asked for a
-    torque.
+    torque, `finite` that all numbers of A and b are.
     """
 
     def __init__(
         self, r: np.ndarray, Q_m: np.ndarray, F_min: np.ndarray, F_max: np.ndarray, N: np.ndarray
     ) -> None:
-        A, low = r.T * N, F_min / N
-        high = np.maximum(low, F_max / N)
-        size = _sizes(A, Q_m, low, high)
-        able = A * np.minimum(size, 1.0)
-        self.scale = np.sqrt((able * able).sum(axis=1))
-        arms = np.abs(r)
-        idle = arms.max(axis=0) <= NOISE * arms.max()
-        self.scale[idle] = 1.0
-        A, b = A / self.scale[:, None], Q_m / self.scale
-        nothing = max(NOTHING, OF_LARGEST * np.abs(Q_m).max())
-        self.unreachable = bool((np.abs(Q_m[idle]) > nothing).any())
-        A[idle] = b[idle] = 0.0
-        self._given, self._size = (r, Q_m, F_min, F_max, N), size
-        self._idle, self._nothing = idle, nothing
-        super().__init__(np.eye(low.size), np.zeros(low.size), A=A, b=b, lb=low, ub=high)
+        m, n = r.shape
+        A, b, (low, high, size) = np.empty((n, m)), np.empty(n), np.empty((3, m))
+        self.scale, idle = np.empty(n), np.empty(n, dtype=np.bool_)
+        self._nothing, self.unreachable, self.finite = scale_rows(
+            r, Q_m, F_min, F_max, N, A, b, low, high, size, self.scale, idle
+        )
+        self._given, self._size, self._idle = (r, Q_m, F_min, F_max, N), size, idle
+        super().__init__(np.eye(m), np.zeros(m), A=A, b=b, lb=low, ub=high)
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
         """How the cost grows with every unknown (m,)."""
@@ -83,14 +80,15 @@ class ScaledProblem(qpsolvers.Problem):
     def recruited(self, x: np.ndarray, residual: float) -> Recruitment:
         """The forces that `x` stands for, and what they deliver."""
         r, Q_m, F_min, F_max, N = self._given
-        F = np.clip(N * x, F_min, np.maximum(F_min, F_max))
+        F = np.empty(x.size)
+        forces(x, N, F_min, F_max, F)
         torque = r.T @ F
         unmet = Q_m - torque
-        met = np.abs(unmet) <= self._nothing
-        if not met.all():
-            met |= np.abs(unmet) <= self._tolerance(F)
-        unmet[met] = 0.0
-        return Recruitment(F, torque, unmet, residual)
+        met = drop_below(unmet, self._nothing)
+        if not met:
+            unmet[np.abs(unmet) <= self._tolerance(F)] = 0.0
+            met = not unmet.any()
+        return Recruitment(F, torque, unmet, residual, met)
 
     def _tolerance(self, F: np.ndarray) -> np.ndarray:
         """Up to where torques (n,) are no gap: of what a row's actuators can do, and of rounding in
@@ -102,16 +100,88 @@ class ScaledProblem(qpsolvers.Problem):
         return np.maximum(UNMET * np.sqrt((able * able).sum(axis=1)), self._nothing + terms)
 
 
-def _sizes(A: np.ndarray, Q_m: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """The largest |x| (m,): within the bounds, or where there is none what all demands need.
+@kernel
+def all_usable(N):
+    """Whether normalising forces N (m,) are all positive and finite."""
+    usable = True
+    for i in range(N.size):
+        usable = usable and 0.0 < N[i] < np.inf
+    return usable
+
+
+@kernel
+def scale_rows(r, Q_m, F_min, F_max, N, A, b, low, high, size, scale, idle):
+    """Write the scaled problem of the arguments of `ScaledProblem`: A (n, m), b (n,), the bounds
+    (m,), the rows' `scale` (n,) and which of them are `idle`; `size` (m,) are the largest |x|.
+
+    Returns the torque that is nothing, whether an idle row is asked for more, and whether all of A
+    and b is finite.
+    """
+    m, n = r.shape
+    demand, longest = 0.0, 0.0
+    for j in range(n):
+        demand = np.maximum(demand, abs(Q_m[j]))
+        for i in range(m):
+            longest = np.maximum(longest, abs(r[i, j]))
+            A[j, i] = r[i, j] * N[i]
+    for i in range(m):
+        low[i] = F_min[i] / N[i]
+        high[i] = np.maximum(low[i], F_max[i] / N[i])
+        size[i] = _largest(A, i, low[i], high[i], demand)
+    nothing = max(NOTHING, OF_LARGEST * demand)
+    unreachable, finite = False, True
+    for j in range(n):
+        arm, square = 0.0, 0.0
+        for i in range(m):
+            arm = np.maximum(arm, abs(r[i, j]))
+            able = A[j, i] * np.minimum(size[i], 1.0)
+            square += able * able
+        idle[j] = arm <= NOISE * longest
+        scale[j] = 1.0 if idle[j] else math.sqrt(square)
+        b[j] = Q_m[j] / scale[j]
+        for i in range(m):
+            A[j, i] = 0.0 if idle[j] else A[j, i] / scale[j]
+            finite = finite and np.isfinite(A[j, i])
+        if idle[j]:
+            unreachable = unreachable or abs(Q_m[j]) > nothing
+            b[j] = 0.0
+        finite = finite and np.isfinite(b[j])
+    return nothing, unreachable, finite
+
+
+@kernel
+def _largest(A, i, low, high, demand):
+    """The largest |x|: within the bounds, or where there is none what the largest demand needs.
 
     What is unlimited loses its arms that are rounding in A.
     """
-    size = np.maximum(np.abs(low), np.abs(high))
-    for i in np.flatnonzero(np.isinf(size)):
-        arms = np.abs(A[:, i])
-        longest = arms.max()
-        size[i] = max(1.0, np.abs(Q_m).max() / longest) if longest > 0.0 else 1.0
-        A[arms <= NOISE * longest, i] = 0.0
-    size[size == 0.0] = 1.0
-    return size
+    size = np.maximum(abs(low), abs(high))
+    if np.isinf(size):
+        longest = 0.0
+        for j in range(A.shape[0]):
+            longest = np.maximum(longest, abs(A[j, i]))
+        size = max(1.0, demand / longest) if longest > 0.0 else 1.0
+        for j in range(A.shape[0]):
+            if abs(A[j, i]) <= NOISE * longest:
+                A[j, i] = 0.0
+    return 1.0 if size == 0.0 else size
+
+
+@kernel
+def forces(x, N, F_min, F_max, F):
+    """Write the forces F (m,) within the bounds that `x` (m,) stands for."""
+    for i in range(x.size):
+        F[i] = min(max(N[i] * x[i], F_min[i]), max(F_min[i], F_max[i]))
+
+
+@kernel
+def drop_below(values, nothing):
+    """Write zero over all `values` whose size is no more than `nothing`; returns whether that is
+    true of all of them."""
+    every = True
+    for j in range(values.size):
+        if abs(values[j]) <= nothing:
+            values[j] = 0.0
+        else:
+            every = False
+    return every

@@ -175,4 +175,4 @@ class Excitations:
 
     def window(self, t: float) -> int:
         """Number of the window that contains `t`; the last or first one outside."""
-        return int(np.clip(np.searchsorted(self.time, t, "right") - 1, 0, len(self.values) - 1))
+        return min(max(int(self.time.searchsorted(t, "right")) - 1, 0), len(self.values) - 1)

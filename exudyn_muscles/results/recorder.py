@@ -11,7 +11,7 @@ import numpy as np
 from ..forces.actuators import actuator_names
 from ..model import MusculoskeletalModel
 from ..motion import Motion
-from ..muscle.dynamics import fiber_lengths, tendon_forces
+from ..muscle.dynamics import forces_and_fibers
 from ..skeleton.geometry import Geometry
 from .counts import Counts, Status
 from .provenance import plain, versions
@@ -181,9 +181,10 @@ class Recorder:
         windows = _stacked(WINDOW, rows, names)
         time, q = np.array([row.time for row in self._rows]), points["coordinates"]
         geometry = [model.geometry(*row.place) for row in self._rows]
-        force, fiber = _forces_and_fibers(
-            model, geometry, points["activations"], points["tendon_lengths"]
-        )
+        a, l_t = points["activations"], points["tendon_lengths"]
+        length, speed = (np.array([g[k] for g in geometry]).reshape(l_t.shape) for k in range(2))
+        force, fiber = np.empty((2, *l_t.shape))
+        forces_and_fibers(model.muscles.tables, a, l_t, length, speed, force, fiber)
         desired = np.full_like(q, np.nan) if self._motion is None else self._motion(time)[0]
         ideal = [
             g.columns @ row.reserve if row.reserve.size else np.zeros(q.shape[1])
@@ -196,7 +197,7 @@ class Recorder:
             time=time,
             window_time=window_time,
             tendon_forces=force,
-            musculotendon_lengths=np.array([row.length for row in geometry]),
+            musculotendon_lengths=length,
             fiber_lengths=fiber,
             torques_ideal=np.array(ideal).reshape(q.shape),
             desired_coordinates=desired,
@@ -228,17 +229,6 @@ class Recorder:
             else:
                 window_time[-1], reserves[-1] = row.time, row.reserve
         return np.array(window_time), np.array(reserves), windows
-
-
-def _forces_and_fibers(
-    model: MusculoskeletalModel, geometry: list[Geometry], a: np.ndarray, l_t: np.ndarray
-) -> np.ndarray:
-    """Tendon forces and fibre lengths (2, T, m) of states (T, m)."""
-    found = np.empty((2, *l_t.shape))
-    for k, (l, l_rate, *_) in enumerate(geometry):
-        tendon_forces(model.muscles.tables, a[k], l_t[k], l, l_rate, found[0, k])
-        fiber_lengths(model.muscles.tables, l_t[k], l, found[1, k])
-    return found
 
 
 def _saturated(

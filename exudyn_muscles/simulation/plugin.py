@@ -265,9 +265,9 @@ class Plugin(Method):
         state.calls += 1
         state.counts.newton_iterations += not first
         torque = self.torque(t, first)
-        if torque is not None and not math.isfinite(torque @ torque):
+        if torque is not None and not math.isfinite(torque.dot(torque)):
             raise SimulationError(f"torque {torque} at t = {t:g} s is not finite")
-        self.skeleton.apply(torque)
+        self.skeleton.apply(torque, state.here)
 
     def _system_jacobian(
         self, triplets: np.ndarray, mbs: exu.MainSystem, t: float, dq: float, dv: float, _: float
@@ -312,10 +312,10 @@ class Plugin(Method):
     def _add(self, t: float, reserve: np.ndarray, window: Window | None) -> None:
         state, skeleton = self.state, self.skeleton
         place = skeleton.place
-        current = place[0], place[1], skeleton.acceleration
+        q, v, a = place[0].copy(), place[1].copy(), skeleton.acceleration.copy()
         whole = skeleton.x, skeleton.x_t, skeleton.drift
-        point = *(x.copy() for x in current), *whole, state.a, state.l_t, skeleton.applied(place)
-        state.record.add(Row(t, point, reserve, window, (*point[:2], *place[2:])))
+        point = q, v, a, *whole, state.a, state.l_t, skeleton.applied(place)
+        state.record.add(Row(t, point, reserve, window, (q, v, *place[2:])))
 
     def _begin_run(self, mbs: exu.MainSystem, t: float) -> None:
         """A run begins, or goes on where the one before has ended."""

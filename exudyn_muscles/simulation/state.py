@@ -12,6 +12,7 @@ import numpy as np
 from ..results.counts import Counts
 from ..results.recorder import Recorder
 from ..skeleton.geometry import Geometry
+from ..skeleton.opened import Dynamics
 
 # Metadata of the fields that a step takes from the one before; what it needs besides is made for
 # the run, or anew in every step.
@@ -50,6 +51,8 @@ class RunState:
         Start and length of this step [s].
     calls, iteration : int
         Evaluations of the torque in this step, and the number of the last Newton iteration.
+    here : Dynamics, optional
+        Those at the iterate, of methods that find them for every torque.
     a, l_t : (m,) ndarray
         The muscles' committed state.
     geometry : Geometry
@@ -69,6 +72,7 @@ class RunState:
     step: float = 0.0
     calls: int = 0
     iteration: int = -1
+    here: Dynamics | None = None
     a: np.ndarray = field(init=False, metadata=HANDED_ON)
     l_t: np.ndarray = field(init=False, metadata=HANDED_ON)
     geometry: Geometry = field(init=False, metadata=HANDED_ON)

@@ -290,8 +290,9 @@ class ExudynSkeleton(ABC):
         """The load of torques (n,) on the coordinates themselves."""
 
     @abstractmethod
-    def apply(self, load: np.ndarray | None) -> None:
-        """Set the load at Exudyn's iterate, on top of the user's own; None: the last one stays."""
+    def apply(self, load: np.ndarray | None, here: Dynamics | None = None) -> None:
+        """Set the load at Exudyn's iterate, on top of the user's own, where the `dynamics` are
+        `here` if they are known; None: the last one stays."""
 
     @property
     @abstractmethod

@@ -27,7 +27,7 @@ from ..numerics.curves import PackedCurves, evaluate, pack
 from ..numerics.kernel import kernel
 from .coupling import DependentCoordinate, chains
 from .geometry import Geometry
-from .opened import Opened, agree
+from .opened import Dynamics, Opened, agree
 from .state import State
 
 
@@ -36,6 +36,19 @@ class Slopes(NamedTuple):
 
     R: np.ndarray
     bends: np.ndarray
+
+
+class DynamicsOfTree(Dynamics):
+    """`Dynamics` of z with M (N, N) and H - Q (N,) `of_tree`, all of its coordinates."""
+
+    of_tree: tuple[np.ndarray, np.ndarray]
+
+    def __new__(
+        cls, M: np.ndarray, bias: np.ndarray, place: tuple, of_tree: tuple[np.ndarray, np.ndarray]
+    ) -> DynamicsOfTree:
+        self = super().__new__(cls, M, bias, place)
+        self.of_tree = of_tree
+        return self
 
 
 class Dependent:
@@ -131,18 +144,18 @@ class Dependent:
         follow(*self._tables, state.q, state.v, state.a)
         return self._slopes
 
-    def dynamics(self, opened: Opened) -> tuple[np.ndarray, np.ndarray]:
+    def dynamics(self, opened: Opened, place: tuple) -> Dynamics:
         R, bends = self._follow(opened.state)
         M, bias = opened.dynamics()
         bent = bends * opened.state.v[self.roots] ** 2  # R' z'
-        return R.T @ M @ R, R.T @ (M @ bent + bias)
+        return DynamicsOfTree(R.T @ M @ R, R.T @ (M @ bent + bias), place, (M, bias))
 
     def begin(self, opened: Opened, torque: np.ndarray) -> None:
         """Also sets the accelerations of the whole system, as Exudyn would compute them."""
-        M, bias = self.dynamics(opened)
+        M, bias, _ = self.dynamics(opened, ())
         opened.state.a[self.free] = np.linalg.solve(M, torque - bias)
         opened.accelerate_others()
-        self.apply(opened, torque)
+        self.apply(opened, torque, None)
 
     def settle(self, opened: Opened, newmark: bool) -> None:
         needed = opened.state.current[2]
@@ -156,12 +169,12 @@ class Dependent:
                 "use TrapezoidalIndex2"
             )
 
-    def apply(self, opened: Opened, torque: np.ndarray | None) -> None:
+    def apply(self, opened: Opened, torque: np.ndarray | None, here: Dynamics | None) -> None:
         """Also sets the reactions of the dependent coordinates, which every iterate has anew."""
         if torque is not None:
             self._torque[:] = torque
         R, _ = self._follow(opened.state)
-        M, bias = opened.dynamics()
+        M, bias = here.of_tree if isinstance(here, DynamicsOfTree) else opened.dynamics()
         balance = M @ opened.state.a + bias
         balance[self.free] = self._torque - balance[self.tied] @ R[self.tied]
         opened.apply(balance)

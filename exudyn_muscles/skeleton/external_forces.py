@@ -200,13 +200,17 @@ class _Acting:
         return values
 
 
+# Looked up once: these functions are called at every iterate.
+POSITION, ROTATION = exu.OutputVariableType.Position, exu.OutputVariableType.RotationMatrix
+
+
 def _position(mbs: exu.MainSystem, marker: int) -> Vector:
-    return mbs.GetMarkerOutput(marker, exu.OutputVariableType.Position).tolist()
+    return mbs.GetMarkerOutput(marker, POSITION).tolist()
 
 
 def _rotation(mbs: exu.MainSystem, marker: int) -> Vector:
     """The nine entries, row by row."""
-    return mbs.GetMarkerOutput(marker, exu.OutputVariableType.RotationMatrix).tolist()
+    return mbs.GetMarkerOutput(marker, ROTATION).tolist()
 
 
 # On lists of three numbers, for which NumPy takes ten times as long.

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import ParameterError
 from .geometry import Geometry
-from .opened import Opened
+from .opened import Dynamics, Opened
 
 
 class Independent:
@@ -57,9 +57,9 @@ class Independent:
         """q, q' (N,) at Exudyn's iterate."""
         return opened.state.q, opened.state.v
 
-    def dynamics(self, opened: Opened) -> tuple[np.ndarray, np.ndarray]:
-        """M_z (n, n) and H_z - Q_z (n,) at the current state."""
-        return opened.dynamics()
+    def dynamics(self, opened: Opened, place: tuple) -> Dynamics:
+        """M_z (n, n) and H_z - Q_z (n,) at the current state, which is the `place`."""
+        return Dynamics(*opened.dynamics(), place)
 
     def begin(self, opened: Opened, torque: np.ndarray) -> None:
         """Set the muscles' torques (n,) at the start of a run, which is the current state."""
@@ -83,8 +83,9 @@ class Independent:
                 "solver with timeIntegration.generalizedAlpha.computeInitialAccelerations = True"
             )
 
-    def apply(self, opened: Opened, torque: np.ndarray | None) -> None:
-        """Set the muscles' torques (n,) at the iterate; None: those that Exudyn has stay."""
+    def apply(self, opened: Opened, torque: np.ndarray | None, here: Dynamics | None) -> None:
+        """Set the muscles' torques (n,) at the iterate, where the `dynamics` are `here` if they are
+        known; None: those that Exudyn has stay."""
         if torque is not None:
             opened.apply(torque)
 

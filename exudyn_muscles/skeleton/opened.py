@@ -93,7 +93,7 @@ class Opened:
 
     def apply(self, torque: np.ndarray) -> None:
         """Set torques (N,) on top of the user's own `jointForceVector`."""
-        np.add(self._user_torque, torque, out=self.total)
+        self.total[:] = self._user_torque + torque
         self._set(self._tree, "jointForceVector", self.total)
 
     @property

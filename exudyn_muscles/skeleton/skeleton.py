@@ -231,8 +231,7 @@ class Skeleton(ExudynSkeleton):
         return self.q, self.v
 
     def dynamics(self) -> Dynamics:
-        M, bias = self.basis.dynamics(self._opened)
-        return Dynamics(M, bias, self.place)
+        return self.basis.dynamics(self._opened, self.place)
 
     def places_ahead(self, q: np.ndarray, v: np.ndarray, t: float, rule: Rule) -> Iterator[tuple]:
         return ((row, v) for row in q)
@@ -246,7 +245,7 @@ class Skeleton(ExudynSkeleton):
             if self.others:
                 state.go_back_to(t)
             self._place(q, v, t)
-            return Dynamics(*self.basis.dynamics(self._opened), (q, v))
+            return self.basis.dynamics(self._opened, (q, v))
         finally:
             state.restore(before)
 
@@ -264,7 +263,7 @@ class Skeleton(ExudynSkeleton):
             self._place(q, v, t)
             if ahead is not None:
                 contacts.settle_ahead(before[1])
-            return Dynamics(*self.basis.dynamics(self._opened), (q, v))
+            return self.basis.dynamics(self._opened, (q, v))
         finally:
             state.restore(before)
             if ahead is not None:
@@ -301,8 +300,8 @@ class Skeleton(ExudynSkeleton):
     def ideal_load(self, there: Dynamics, torque: np.ndarray) -> np.ndarray:
         return torque
 
-    def apply(self, torque: np.ndarray | None) -> None:
-        self.basis.apply(self._opened, torque)
+    def apply(self, torque: np.ndarray | None, here: Dynamics | None = None) -> None:
+        self.basis.apply(self._opened, torque, here)
 
     @property
     def memory(self) -> tuple[np.ndarray, ...]:
@@ -327,7 +326,7 @@ class Skeleton(ExudynSkeleton):
         kv: float | np.ndarray,
     ) -> np.ndarray:
         # The residual is M (q'' - q''_CTC), whatever else acts on the skeleton.
-        rows = np.zeros_like(exact)
+        rows = np.zeros(exact.shape)
         rows[:, self.free] = here.M * (mass - kp - kv)
         return rows
 

@@ -429,3 +429,18 @@ def test_number_of_coordinates():
     check_motion(motion, ["a", "b"])
     with pytest.raises(em.MotionError, match="motion has 2 coordinates, the model 3: a, b, c"):
         check_motion(motion, ["a", "b", "c"])
+
+
+@pytest.mark.parametrize("made", ["waypoints", "samples", "arrays"])
+def test_one_time_is_as_many(made):
+    """Single times, in a kernel, have the values of arrays of times, which SciPy evaluates."""
+    times = np.array([0.0, 0.11, 0.3, 0.34, 0.7, 0.8, 1.0])
+    q = np.column_stack([np.sin(3.0 * times), times**2, np.cos(5.0 * times)])
+    if made == "arrays":
+        motion = em.Motion.from_arrays(times, q, 0.3 * q, -q)
+    else:
+        motion = getattr(em.Motion, f"from_{made}")(times, q)
+    at = np.concatenate([times, np.linspace(0.0, 1.0, 97), [-1e-10, 1.0 + 1e-10]])
+    for k, values in enumerate(zip(*motion(at), strict=True)):
+        for several, one in zip(values, motion(float(at[k])), strict=True):
+            np.testing.assert_allclose(one, several, rtol=1e-14, atol=1e-13)

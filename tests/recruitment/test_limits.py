@@ -47,6 +47,19 @@ def test_limits_run_linearly_and_stay_at_the_ends():
     np.testing.assert_allclose(found, [[0.1, 0.9], [0.2, 0.9], [0.25, 0.9], [0.2, 0.9]])
 
 
+def test_between_times_as_numpy_interpolates():
+    """In all its cases: at and beyond the times, between equal values, towards no limit at all."""
+    times = np.array([0.1, 0.4, 0.5, 0.9, 1.3])
+    values = np.array([0.2, 0.2, 0.7, np.inf, 0.4])
+    given = em.ControlLimits(-1.0, (times, values))
+    limits = Limits({"elbow_reserve": given}, MUSCLES, RESERVES)
+    for t in (*times, 0.0, 0.2, 0.45, 0.7, 1.1, 1.299, 2.0):
+        high = np.interp(t, times, values)
+        assert given.at(t) == (-1.0, high)
+        _, forces = limits.at(t)
+        assert forces[:, 0].tolist() == [-20.0, 20.0 * high]
+
+
 def test_steps_hold_up_to_their_time():
     """As OpenSim's with use_steps, whatever the rounding of a window's end."""
     given = em.ControlLimits(0.0, ([0.1, 0.2, 0.3], [0.5, 0.6, 0.7]), steps=True)

@@ -15,6 +15,7 @@ from exudyn.utilities import TreeLink
 from scipy.integrate import solve_ivp
 
 import exudyn_muscles as em
+from exudyn_muscles.skeleton.opened import Opened
 
 from .. import leg
 from ..differences import difference, gradient
@@ -535,3 +536,19 @@ def test_former_names(model):
     assert built.coordinates == model.coordinates
     with pytest.warns(DeprecationWarning, match=r"model.dependent_coordinates"):
         assert built.followers == built.dependent_coordinates == tuple(given)
+
+
+def test_reactions_are_of_the_equations_that_the_torque_is_of(model, monkeypatch):
+    """CSF assembles M and H - Q once in an iteration, not for the reactions once more."""
+    assemblies = []
+    dynamics = Opened.dynamics
+
+    def counted(self):
+        assemblies.append(1)
+        return dynamics(self)
+
+    monkeypatch.setattr(Opened, "dynamics", counted)
+    motion = leg.motion().between(0.0, 0.2)
+    counts = em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=KP)).counts
+    # Besides them and the predictors of all steps: those of the start.
+    assert len(assemblies) <= counts.newton_iterations + counts.steps + 8

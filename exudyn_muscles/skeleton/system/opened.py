@@ -13,6 +13,8 @@ z'' it has the least M-norm, so that poses for given z are found along it as wel
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import exudyn as exu
 import numpy as np
 
@@ -282,12 +284,10 @@ class OpenedSystem:
         self.turns[:] = q
         self._poses.speed(pose.T, v)
 
-    def rest_at(self, q: np.ndarray, t: float) -> Pose:
-        """The pose of `go_to`, for which speeds do not matter."""
-        self._data.SetTime(t)
-        pose = self._poses.find(q, t)
-        self.turns[:] = q
-        return pose
+    def rest_along(self, q: np.ndarray) -> Iterator[Pose]:
+        """Poses at rest at coordinates `q` (k, n) of a motion, at the current time."""
+        self.state.v[:] = 0.0
+        return self._poses.follow(q, self._data.GetTime())
 
     def _go_ahead(
         self, h: float, t: float, rule: Rule, step_end: float

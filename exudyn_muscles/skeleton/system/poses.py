@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -15,6 +15,7 @@ CLOSE = 1e-12  # m or rad, of poses; Newton's method squares it once more
 # Exudyn's Jacobian of a joint on a flexible body leaves out how its frame turns with the modes, so
 # that poses there are approached by a factor in every iteration only.
 CLOSE_ENOUGH, ENOUGH_ITERATIONS, MOST_ITERATIONS = 1e-8, 20, 300
+FOR_LENGTHS = 1e-6  # m or rad, of poses whose lengths are compared with limits, to four digits
 FARTHEST = 0.5  # rad or m, of one iteration towards a pose
 SLOW = 0.1  # factor by which an iteration comes closer, above which a new matrix pays
 # As poses follow each other, passive directions that swing within this time keep their place [s].
@@ -44,7 +45,8 @@ class Heading:
 
     def towards(self, T: np.ndarray, lack: np.ndarray, away: np.ndarray) -> np.ndarray:
         """The step that takes what is lacking off and z `away` (n,) on."""
-        right = np.append(np.zeros(self._size), -lack)
+        right = np.zeros(self._factors.size)
+        right[self._size :] = -lack
         back = self._factors.solve(right)[: self._size]
         return back + self.B @ (away - T @ back)
 
@@ -92,18 +94,38 @@ class Poses:
         ModelError
             There is none; names the coordinate.
         """
-        heading, before = None, np.inf
+        return self._found(q, t, None, CLOSE)[0]
+
+    def follow(self, q: np.ndarray, t: float) -> Iterator[Pose]:
+        """The poses of `find` at coordinates `q` (k, n) of a motion, which are near each other, as
+        close as lengths need it.
+
+        Raises
+        ------
+        ModelError
+            As `find`.
+        """
+        heading = None
+        for row in q:
+            pose, heading = self._found(row, t, heading, FOR_LENGTHS)
+            yield pose
+
+    def _found(
+        self, q: np.ndarray, t: float, heading: Heading | None, close: float
+    ) -> tuple[Pose, Heading | None]:
+        """The pose of `find`, and the way there for the next one; `heading` is one from nearby."""
+        before = np.inf
         for turn in range(MOST_ITERATIONS):
             pose = self._pose(q)
             lack, away = self._equations.lacking_now(velocity=False), q - pose.z
-            off = max(np.abs(lack).max(initial=0.0), np.abs(away).max())
-            if off <= (CLOSE if turn < ENOUGH_ITERATIONS else CLOSE_ENOUGH):
-                return pose
+            off = np.abs(np.concatenate((lack, away))).max()
+            if off <= (close if turn < ENOUGH_ITERATIONS else CLOSE_ENOUGH):
+                return pose, heading
             if heading is None or off > SLOW * before:
                 heading = self.heading(pose.T)
             step, before = heading.towards(pose.T, lack, away), off
             if np.abs(step).max() <= CLOSE * max(1.0, np.abs(pose.x).max()):
-                return pose
+                return pose, heading
             step *= min(1.0, FARTHEST / np.abs(step).max())
             self._equations.advance(step)
         j = int(np.abs(away).argmax())

@@ -240,11 +240,9 @@ class GeneralSkeleton(ExudynSkeleton):
             return system.dynamics().place
 
     def along(self, q: np.ndarray) -> Iterator[tuple]:
-        t = self.mbs.systemData.GetTime()
         with self._apart(q[0]) as system:
-            system.state.v[:] = 0.0
-            for row in q:
-                yield (system.rest_at(row, t),)
+            for pose in system.rest_along(q):
+                yield (pose,)
 
     def pose(self) -> Pose:
         """The current one."""
@@ -296,7 +294,7 @@ class GeneralSkeleton(ExudynSkeleton):
     def ideal_load(self, there: Dynamics, torque: np.ndarray) -> np.ndarray:
         return torque @ there.place[2].T
 
-    def apply(self, load: np.ndarray | None) -> None:
+    def apply(self, load: np.ndarray | None, here: Dynamics | None = None) -> None:
         if load is not None:
             self.now.apply(load)
 
