@@ -549,6 +549,8 @@ def test_reactions_are_of_the_equations_that_the_torque_is_of(model, monkeypatch
 
     monkeypatch.setattr(Opened, "dynamics", counted)
     motion = leg.motion().between(0.0, 0.2)
-    counts = em.cosimulate(model, motion, settings=em.CosimulationSettings(kp=KP)).counts
+    counts = em.cosimulate(
+        model, motion, settings=em.CosimulationSettings(scheme=em.Scheme.FULL, kp=KP)
+    ).counts
     # Besides them and the predictors of all steps: those of the start.
     assert len(assemblies) <= counts.newton_iterations + counts.steps + 8
