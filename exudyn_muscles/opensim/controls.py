@@ -8,7 +8,8 @@ from pathlib import Path
 from ..forces.actuators import actuator_names
 from ..model import MusculoskeletalModel
 from ..recruitment.limits import ControlLimits, Course, Limits
-from .document import Element, read_document
+from .document import read_document
+from .element import Element
 
 # OpenSim's defaults of a ControlLinear.
 MINIMUM, MAXIMUM = 0.02, 1.0

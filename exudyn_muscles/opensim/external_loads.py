@@ -12,7 +12,8 @@ from ..files.storage import Storage, read_storage
 from ..forces.external import ExternalForce
 from ..path.frames import GROUND
 from .bodies import Bodies
-from .document import NOT_GIVEN, ON, Element, read_document
+from .document import read_document
+from .element import NOT_GIVEN, ON, Element
 from .frames import Place
 
 # Once the kinematics by which points in ground were transformed to the body. OpenSim 4 ignores

@@ -19,6 +19,7 @@ from ..skeleton.external_forces import add_external_force
 from ..skeleton.reading import JOINTS
 from .actuators import ACTUATORS, read_actuator
 from .bodies import Bodies, Link
+from .components import named_apart, warn_of_controllers
 from .document import read_document
 from .external_loads import read_external_loads
 from .joints import Coordinate
@@ -27,12 +28,15 @@ from .muscles import REFUSED as REFUSED_MUSCLES
 
 TYPES = {number: joint for joint, number in JOINTS.items()}
 # What a model may hold, what of it does not matter, and what has to be empty or switched off.
-READ = ("Ground", "gravity", "BodySet", "JointSet", "ConstraintSet", "ForceSet")
+READ = (
+    "Ground", "gravity", "BodySet", "JointSet", "ConstraintSet", "ForceSet", "ControllerSet",
+    "ComponentSet", "components", "FrameSet",
+)  # fmt: skip
 HARMLESS = (
     "credits", "publications", "length_units", "force_units", "assembly_accuracy", "MarkerSet",
-    "ContactGeometrySet", "ProbeSet", "ModelVisualPreferences", "notes",
+    "ContactGeometrySet", "ProbeSet", "ModelVisualPreferences", "notes", "ground",
+    "coordinatesInMultibodyTreeOrder",
 )  # fmt: skip
-REFUSED = ("ControllerSet", "ComponentSet", "components")
 
 
 class Content(NamedTuple):
@@ -89,17 +93,14 @@ def read_model(
 ) -> Content:
     """What `load_model` loads, with what it leaves out; it raises the same errors."""
     model = read_document(file)
-    model.allow(*READ, *HARMLESS, *REFUSED)
+    model.allow(*READ, *HARMLESS)
     bodies = Bodies(model)
     if not bodies.links:
         raise model.error("it has no coordinates")
-    for tag in REFUSED:
-        for item in model.items(tag):
-            if item.is_on:
-                item.refuse()
+    warn_of_controllers(model)
     muscles, reserves, idle = [], [], set()
     more = [read_document(each, "ForceSet").members() for each in force_sets]
-    for force in chain(model.items("ForceSet"), *more):
+    for force in named_apart([*model.items("ForceSet"), *chain.from_iterable(more)]):
         if not force.is_on:
             idle.add(force.name)
         elif force.tag in CLASSES:

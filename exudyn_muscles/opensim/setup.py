@@ -18,7 +18,8 @@ from ..muscle.window import Integrator
 from ..recruitment.limits import ControlLimits
 from ..recruitment.normalizers import MaximumIsometricForce, RigidTendonForce
 from .controls import MINIMUM, read_controls
-from .document import NOT_GIVEN, Element, read_document
+from .document import read_document
+from .element import NOT_GIVEN, Element
 from .joints import Coordinate
 from .load import Content, read_model
 from .tasks import Task, read_tasks

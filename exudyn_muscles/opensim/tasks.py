@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..methods.tracking import TrackingSettings
-from .document import Element, read_document
+from .document import read_document
+from .element import Element
 
 # About points and bodies, or about the weight that OpenSim's slow target gives to effort.
 WITHOUT_INFLUENCE = ("wrt_body", "express_body", "r0", "r1", "r2", "limit")

@@ -469,7 +469,6 @@ REFUSED = [
     refused_setup("lowpass_cutoff_frequency", "6 Hz", "expected numbers, got '6 Hz'"),
     refused_setup("cmc_time_window", "1 2", "expected 1 numbers, got 2"),
     refused_setup("cmc_time_window", "0", "window = 0.0 s is outside"),
-    refused_setup("time_range", "0 1", "this is not known"),
     ({"model_file": None}, "setup.xml", "<CMCTool", "there is no model_file in it"),
     ({"initial_time": "0.45"}, "setup.xml", "<desired_kinematics_file>", "0.45 to 0.4 s is empty"),
     refused_tasks('"knee"', "'knee' cannot be tracked: the model's independent coordinates are "
@@ -487,7 +486,6 @@ REFUSED = [
     refused_tasks("<on>", "on: expected true or false, got 'yes'", task("elbow", on="yes")),
     refused_tasks("<active>", "active: expected true or false", task("elbow", active="y n n")),
     refused_tasks("<coordinate>", "coordinate: it is empty", task("")),
-    refused_tasks("<gain>", "gain: this is not known", task("elbow", gain=3)),
     ({"files": {"tasks.xml": tasks(task("elbow"))}}, "setup.xml", "<task_set_file>",
      "no task that is on and active tracks shoulder"),
     ({"files": {"tasks.xml": tasks(task("elbow"), task("shoulder", active=None))}}, "setup.xml",
@@ -519,9 +517,6 @@ REFUSED = [
                      control("flexor", min_nodes=nodes((0, "low")))),
     refused_controls("<min_nodes>", "there is no t in it",
                      control("flexor", min_nodes="<ControlLinearNode/>")),
-    refused_controls("<curve>", "curve: this is not known", control("flexor", curve=1)),
-    refused_controls("<curve>", "curve: this is not known", control("flexor"),
-                     defaults=control("usual", curve=1)),
     refused_controls("ControlConstant", "this cannot be represented",
                      '<ControlConstant name="flexor"/>'),
 ]  # fmt: skip
