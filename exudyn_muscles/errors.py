@@ -100,6 +100,10 @@ class ModelFileWarning(ExudynMusclesWarning):
     """Something in a model file is left out, or taken for something else than it says."""
 
 
+class StorageWarning(ExudynMusclesWarning):
+    """A storage file has other rows than it says."""
+
+
 class PathWarning(ExudynMusclesWarning):
     """A muscle path cannot act on the skeleton."""
 

@@ -6,6 +6,7 @@ Coordinates are Exudyn's, in rad and m, in the order of the tree.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +15,13 @@ from scipy.interpolate import BPoly, BSpline, make_interp_spline
 
 from ..errors import MotionError, StorageError
 from ..files.storage import read_storage
+from ..numerics.splines import told_apart
 from .coordinate import Coordinate
 from .low_pass import LowPass, low_passed
-from .plausibility import warn_of_columns
+from .plausibility import check_unit, warn_of_locked
 
 DEGREE = 5  # quintic: the accelerations are smooth
+MOST_SAMPLES = 100_000  # of a filter, as OpenSim has it
 LARGEST = 1e9  # of times and coordinates: nothing is known more finely than to 1e-7 there
 
 
@@ -143,15 +146,16 @@ class Motion:
         Parameters
         ----------
         times : (k,) array_like
-            Increasing [s], k >= 6; equally spaced to a tenth if a filter is asked for, which takes
-            the spline's values at exactly equal times.
+            Increasing [s], k >= 6. A filter takes the spline's values at equal times: as many of
+            them if steps differ by less than a tenth, else one for each smallest step, as OpenSim.
         coordinates : (k, n) or (k,) array_like
             Samples [rad or m].
         cutoff : float, optional
             Cut-off frequency [Hz] of the filter; not filtered if left out.
         low_pass : LowPass
-            The filter. The default continues the record by point reflection for three periods of
-            the cut-off; OpenSim's by 60 samples, and so does its spline.
+            The filter. The default continues the record with the acceleration that it has at its
+            ends for three periods of the cut-off. OpenSim's continues it by point reflection, which
+            makes accelerations zero at the ends, 60 samples far, and so does its spline.
 
         Raises
         ------
@@ -176,8 +180,11 @@ class Motion:
         cutoff: float | None = None,
         low_pass: LowPass = LowPass.BUTTERWORTH,
         described: Sequence[Coordinate] = (),
+        in_degrees: bool | None = None,
     ) -> Motion:
         """The quintic spline through the samples in a storage file (`.sto`, `.mot`).
+
+        Of two rows at almost one time, by less than a thousandth of a step, the last counts.
 
         Parameters
         ----------
@@ -192,13 +199,16 @@ class Motion:
         described : sequence of opensim.Coordinate
             What the model's file says of its coordinates (`opensim.read_coordinates`): the ranges
             that the motion should keep to, and what is locked.
+        in_degrees : bool, optional
+            What the file's angles are, whatever its header says.
 
         Raises
         ------
         StorageError
             The file is damaged or lacks a coordinate; tells which columns there are.
         MotionError
-            As `from_samples`; names the file.
+            As `from_samples`; names the file. Or angles that by the model's ranges can only be
+            degrees, although the file does not say so, nor `in_degrees`.
         FileNotFoundError
 
         Warns
@@ -207,6 +217,10 @@ class Motion:
             Angles that cannot be radians, or a column that moves a locked coordinate.
         """
         storage = read_storage(file)
+        if in_degrees is not None:
+            storage = replace(storage, in_degrees=in_degrees)
+        kept = told_apart(storage.time)
+        storage = replace(storage, time=storage.time[kept], values=storage.values[kept])
         try:
             samples = storage.coordinates(coordinates, units)
             unknown = np.argwhere(~np.isfinite(samples))
@@ -218,7 +232,9 @@ class Motion:
             motion = cls.from_samples(storage.time, samples, cutoff=cutoff, low_pass=low_pass)
         except (StorageError, MotionError) as error:
             raise type(error)(f"{file}: {error}") from error
-        warn_of_columns(storage, samples, coordinates, units, described, str(file))
+        if in_degrees is None:
+            check_unit(storage, samples, coordinates, units, described, str(file))
+        warn_of_locked(storage, described, str(file))
         return cls(np.array([motion.start, motion.end]), motion._curves[0], str(file))
 
     @classmethod
@@ -273,15 +289,12 @@ def _check_finite(t: np.ndarray, curve: BSpline | BPoly) -> None:
 def _equally_spaced(t: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The same span with equal steps; those of files are rounded."""
     steps = np.diff(t)
-    spread, mean = np.ptp(steps), steps.mean()
-    if spread > 0.1 * mean:
-        raise MotionError(
-            f"filtering needs equally spaced times, the steps run from {steps.min():g} to "
-            f"{steps.max():g} s"
-        )
+    spread, mean, count = np.ptp(steps), steps.mean(), t.size
     if spread <= 1e-6 * mean:
         return t, q
-    even = np.linspace(t[0], t[-1], t.size)
+    if spread > 0.1 * mean:
+        count = 1 + round(min((t[-1] - t[0]) / steps.min(), MOST_SAMPLES))
+    even = np.linspace(t[0], t[-1], count)
     return even, _spline(t, q)(even)
 
 

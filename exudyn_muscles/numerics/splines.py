@@ -11,6 +11,8 @@ from .curves import Curve
 
 # A point every third of a degree of a full turn; the time goes with their third power.
 MOST_POINTS = 1000
+# Rows of a record nearer than this part of its usual step are one, which was rounded twice.
+SAME_ROW = 1e-3
 LEAST_STEP = 1e-7  # what OpenSim takes for the step between points with one x
 
 
@@ -70,6 +72,18 @@ def piecewise_line(x: Sequence[float], y: Sequence[float]) -> Curve:
         return values[i] + (places - knots[i]) * slopes[i]
 
     return Curve(line, np.unique(knots).tolist(), name="the piecewise linear function")
+
+
+def told_apart(times: np.ndarray) -> np.ndarray:
+    """Which (k,) of increasing times are not followed at once by the same one, but for rounding.
+
+    Examples
+    --------
+    >>> told_apart(np.array([0.0, 0.1, 0.10000001, 0.2])).tolist()
+    [True, False, True, True]
+    """
+    steps = np.diff(times)
+    return np.append(steps > SAME_ROW * np.median(steps), True) if steps.size else times == times
 
 
 def _points(x: Sequence[float], y: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:

@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 from ..forces.actuators import Actuator, PointActuator, Reserve, TorqueActuator
 from ..path.frames import GROUND
 from .bodies import Bodies
+from .document import TURNED
 from .element import ON, Element
 from .frames import Place
 
 COMMON = ("isDisabled", *ON, "min_control", "max_control", "optimal_force")
-# Before this version of the format an actuator's first body was the one that it pushed against.
-FIRST = 10905
-OLD_POINT = {"body": "body_B", "point": "point_B", "direction": "direction_A"}
-OLD_TORQUE = {"bodyA": "body_B", "bodyB": "body_A", "axis": "direction_A"}
-# What these versions had beside them, which OpenSim does not read.
-LEFT_OVER = ("body_A", "point_A", "max_force", "min_force")
 ACTUATORS = ("CoordinateActuator", "PointActuator", "TorqueActuator")
 
 
@@ -52,18 +46,19 @@ def _reserve(element: Element, bodies: Bodies, common: dict[str, Any]) -> Reserv
 def _point_actuator(
     element: Element, bodies: Bodies, common: dict[str, Any]
 ) -> PointActuator | None:
-    is_old = element.version < FIRST
-    names = OLD_POINT if is_old else {}
+    is_old = element.version < TURNED
+    # What it pushed against, which OpenSim no longer reads.
+    other = element.find("body_A")
+    against_ground = is_old and other is not None and other.text in ("", "ground")
     element.allow(
-        *COMMON, *(LEFT_OVER if is_old else ()), *names.values(),
-        "body", "point", "point_is_global", "direction", "force_is_global",
+        *COMMON, "body", "point", "point_is_global", "direction", "force_is_global",
+        *(("body_A", "point_A") if against_ground else ()),
     )  # fmt: skip
-    place = _place(element, _named(element, "body", names), bodies)
-    point = element.vector(_named(element, "point", names), default=(0, 0, 0))
-    direction = element.vector(_named(element, "direction", names), default=(1, 0, 0))
-    direction = -direction if is_old else direction
+    place = _place(element, "body", bodies)
+    point = element.vector("point", default=(0, 0, 0))
+    direction = element.vector("direction", default=(1, 0, 0)) * (-1.0 if is_old else 1.0)
     point_is_global = element.flag("point_is_global")
-    force_is_global = element.flag("force_is_global", is_old)
+    force_is_global = element.flag("force_is_global", is_old)  # its default then
     if place.link == GROUND:
         return None
     if not point_is_global:
@@ -83,17 +78,10 @@ def _point_actuator(
 def _torque_actuator(
     element: Element, bodies: Bodies, common: dict[str, Any]
 ) -> TorqueActuator | None:
-    is_old = element.version < FIRST
-    names = OLD_TORQUE if is_old else {}
-    element.allow(
-        *COMMON, *(LEFT_OVER if is_old else ()), *names.values(),
-        "bodyA", "bodyB", "torque_is_global", "axis",
-    )  # fmt: skip
-    place, other = (
-        _place(element, _named(element, tag, names), bodies) for tag in ("bodyA", "bodyB")
-    )
-    axis = element.vector(_named(element, "axis", names), default=(0, 0, 1))
-    axis = -axis if is_old else axis
+    element.allow(*COMMON, "bodyA", "bodyB", "torque_is_global", "axis")
+    place, other = (_place(element, tag, bodies) for tag in ("bodyA", "bodyB"))
+    is_old = element.version < TURNED
+    axis = element.vector("axis", default=(0, 0, 1)) * (-1.0 if is_old else 1.0)
     is_global = element.flag("torque_is_global", True)
     if not is_global:
         axis = place.pose[:3, :3] @ axis
@@ -105,11 +93,6 @@ def _torque_actuator(
     return TorqueActuator(
         link=link, against=against, axis=axis.tolist(), torque_is_global=is_global, **common
     )
-
-
-def _named(element: Element, tag: str, old: Mapping[str, str]) -> str:
-    """The old name of a property if it is called so."""
-    return old[tag] if tag in old and element.find(old[tag]) is not None else tag
 
 
 def _place(element: Element, tag: str, bodies: Bodies) -> Place:

@@ -39,12 +39,18 @@ RENAMED = {
     "rdCMC_Joint": "CMC_Joint",
     "rdCMC_Point": "CMC_Point",
     "rdCMC_TaskSet": "CMC_TaskSet",
-    # Properties.
     "XAttachment": "x_location",
     "YAttachment": "y_location",
     "ZAttachment": "z_location",
     "actuator_set_files": "force_set_files",
     "replace_actuator_set": "replace_force_set",
+}
+# Before this version of the format actuators pushed against their first body: OpenSim renames
+# their properties, and turns their directions round.
+TURNED = 10905
+RENAMED_WITHIN = {
+    "PointActuator": {"body_B": "body", "point_B": "point", "direction_A": "direction"},
+    "TorqueActuator": {"body_A": "bodyB", "body_B": "bodyA", "direction_A": "axis"},
 }
 
 
@@ -99,16 +105,21 @@ def _parsed(file: str, data: bytes) -> Element:
     parser.buffer_text = True
     root = Element(file, "", "", 0, None, told=set())
     open_elements = [root]
-    elements = 0
+    elements, turned = 0, False
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal elements
+        nonlocal elements, turned
+        if elements == 0:
+            said = attributes.get("Version", "") if tag == "OpenSimDocument" else str(UNVERSIONED)
+            turned = said.isdecimal() and int(said[:6]) < TURNED
         elements += 1
         if elements > MOST_ELEMENTS:
             raise open_elements[-1].error(f"more than {MOST_ELEMENTS} elements in one file")
         if len(open_elements) > DEEPEST:
             raise open_elements[-1].error(f"more than {DEEPEST} elements within each other")
         tag = RENAMED.get(tag, tag)
+        if turned:
+            tag = RENAMED_WITHIN.get(open_elements[-1].tag, {}).get(tag, tag)
         name = attributes.get("Version" if tag == "OpenSimDocument" else "name", "")
         parent = open_elements[-1]
         element = Element(file, tag, name, parser.CurrentLineNumber, parent)

@@ -102,7 +102,7 @@ class Element:
         kind = f"{tag}/{self.tag}: {text}"
         if outermost.told is not None and kind not in outermost.told:
             outermost.told.add(kind)
-            more = outermost.count(tag, self.tag) - 1
+            more = outermost.count(tag, self.tag) - 1 if text == UNKNOWN else 0
             others = f" (and in {more} more places)" if more > 0 else ""
             warn(f"{self.error(text)}{others}", ModelFileWarning)
 

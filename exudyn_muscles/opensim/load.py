@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
@@ -11,6 +11,7 @@ import exudyn as exu
 import numpy as np
 from exudyn.utilities import RigidBodyInertia, TreeLink
 
+from ..forces.actuators import Reserve
 from ..forces.external import ExternalForce
 from ..model import MusculoskeletalModel
 from ..skeleton.coupling import DependentCoordinate
@@ -37,6 +38,11 @@ HARMLESS = (
     "ContactGeometrySet", "ProbeSet", "ModelVisualPreferences", "notes", "ground",
     "coordinatesInMultibodyTreeOrder",
 )  # fmt: skip
+
+
+# Optimal force [N or N m] of what holds a coordinate without a task: a body's weight costs 5e-5 of
+# what a muscle at its full force does.
+FREELY = 1e5
 
 
 class Content(NamedTuple):
@@ -90,8 +96,22 @@ def read_model(
     file: str | Path,
     force_sets: Sequence[str | Path] = (),
     external_loads: str | Path | None = None,
+    *,
+    tracked: Collection[str] | None = None,
+    only_sets: bool = False,
+    excluded: Collection[str] = (),
 ) -> Content:
-    """What `load_model` loads, with what it leaves out; it raises the same errors."""
+    """What `load_model` loads, with what it leaves out; it raises the same errors.
+
+    Parameters
+    ----------
+    tracked : collection of str, optional
+        The coordinates that have tasks: others get an ideal actuator that costs next to nothing.
+    only_sets : bool
+        The model's own forces are left out.
+    excluded : collection of str
+        Names of ideal actuators that are left out.
+    """
     model = read_document(file)
     model.allow(*READ, *HARMLESS)
     bodies = Bodies(model)
@@ -100,7 +120,8 @@ def read_model(
     warn_of_controllers(model)
     muscles, reserves, idle = [], [], set()
     more = [read_document(each, "ForceSet").members() for each in force_sets]
-    for force in named_apart([*model.items("ForceSet"), *chain.from_iterable(more)]):
+    own = [] if only_sets else model.items("ForceSet")
+    for force in named_apart([*own, *chain.from_iterable(more)]):
         if not force.is_on:
             idle.add(force.name)
         elif force.tag in CLASSES:
@@ -109,7 +130,7 @@ def read_model(
             raise force.error(REFUSED_MUSCLES[force.tag])
         elif force.tag in ACTUATORS:
             actuator = read_actuator(force, bodies)
-            if actuator is None:
+            if actuator is None or force.name in excluded:
                 idle.add(force.name)
             else:
                 reserves.append(actuator)
@@ -118,6 +139,12 @@ def read_model(
     gravity = model.vector("gravity", default=(0.0, -9.80665, 0.0))
     forces = [] if external_loads is None else read_external_loads(external_loads, bodies)
     names = [link.name for link in bodies.links]
+    if tracked is not None:
+        reserves += [
+            Reserve(link.name, FREELY, name=f"{link.name}_held")
+            for link in bodies.links
+            if link.follows is None and link.name not in tracked
+        ]
     dependent = [link.follows for link in bodies.links if link.follows is not None]
     with model.blamed():
         mbs, tree = _build(bodies.links, dependent, gravity, forces)

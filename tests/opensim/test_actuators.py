@@ -1,6 +1,7 @@
 """Actuators in files of OpenSim: their virtual work, from the poses of bodies by differences."""
 
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -211,14 +212,23 @@ def test_actuators_of_files_without_a_version(load, tmp_path):
     model = load(muscle()).model  # writes the file
     file, forces = tmp_path / "model.osim", tmp_path / "forces.xml"
     found = []
+    defaults = (
+        "<defaults><PointActuator><body_B/><direction_A>1 0 0</direction_A></PointActuator>"
+        "</defaults>"
+    )
     for text_of_set in (
-        f"<ActuatorSet><objects>{OLD}</objects></ActuatorSet>",
+        f"<ActuatorSet>{defaults}<objects>{OLD}</objects></ActuatorSet>",
         f'<OpenSimDocument Version="40000"><ForceSet><objects>{NEW}</objects></ForceSet>'
         "</OpenSimDocument>",
     ):
         forces.write_text(text_of_set)
-        model = em.opensim.load_model(file, force_sets=[forces])
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            model = em.opensim.load_model(file, force_sets=[forces])
         found.append((model.reserves, model.columns(Q)))
+        left_out = re.findall(r"/ (\w+): OpenSim", "".join(str(each.message) for each in caught))
+        old = "body_B" in text_of_set
+        assert set(left_out) == ({"max_force"} if old else set())
     assert found[0][0] == found[1][0]
     np.testing.assert_array_equal(found[0][1], found[1][1])
     assert [each.name for each in found[0][0]] == ["F", "M", "plain"]

@@ -144,7 +144,6 @@ def test_old_kinematics_are_not_used(write):
          "applied_to_body: there is no frame 'hand'"),
         ({"applied_to_body": ""}, "applied_to_body: it is empty"),
         ({"applied_to_body": None}, "there is no applied_to_body in it"),
-        ({"applied_to_body": "ground"}, "applied_to_body: ground does not move"),
         ({"force_expressed_in_body": "a"}, "line 7: ExternalLoads / ExternalForce 'push' / "
          "force_expressed_in_body: there is no frame 'a'"),
         ({"point_expressed_in_body": "a"}, "point_expressed_in_body: there is no frame 'a'"),
@@ -174,12 +173,25 @@ def test_damaged_files_say_where(write, given, message):
 
 def test_forces_that_are_none(write):
     for forces, message in (
-        ([force(), force()], "line 14: ExternalLoads / ExternalForce 'push': there is another one"),
         (['<PrescribedForce name="old"/>'], "PrescribedForce 'old': this cannot be represented"),
     ):
         model, file = write(*forces)
         with pytest.raises(em.ModelFileError, match=re.escape(message)):
             em.opensim.load_model(model, external_loads=file)
+
+
+def test_forces_that_are_left_out_or_renamed(write):
+    model, file = write(force(), force())
+    with pytest.warns(em.ModelFileWarning, match="ExternalForce 'push': this name is taken"):
+        loaded = em.opensim.load_model(model, external_loads=file)
+    assert loaded.mbs.systemData.NumberOfLoads() == 4
+    model, file = write(applied_to_body="ground")
+    with pytest.warns(em.ModelFileWarning, match="applied_to_body: ground does not move"):
+        loaded = em.opensim.load_model(model, external_loads=file)
+    assert loaded.mbs.systemData.NumberOfLoads() == 0
+    model, file = write(strange="1")
+    with pytest.warns(em.ModelFileWarning, match="strange: OpenSim does not know"):
+        em.opensim.load_model(model, external_loads=file)
 
 
 def test_damaged_data(write):
