@@ -27,6 +27,10 @@ from .joints import Axis, Coordinate, joint_path, read_axes
 
 PARTS = ("WrapObjectSet", "components")
 GROUND_PATH = "/ground"
+# From this version of the format on an inertia is one property; before, what a file left out of it
+# was this [kg m^2].
+ONE_INERTIA = 30500
+OLD_INERTIA = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 
 
 class Inertia(NamedTuple):
@@ -308,10 +312,10 @@ class Bodies:
         mass, center = body.number("mass"), body.vector("mass_center", default=ZERO)
         if mass < 0.0:
             raise body.get("mass").error(f"{mass:g} kg is negative")
-        if body.find("inertia") is not None:
-            I = body.vector("inertia", 6)
+        if body.version >= ONE_INERTIA or body.find("inertia") is not None:
+            I = body.vector("inertia", 6, np.zeros(6).tolist())
         else:
-            I = np.array([body.number(product) for product in products])
+            I = np.array([body.number(*given) for given in zip(products, OLD_INERTIA, strict=True)])
         R = place.pose[:3, :3]
         tensor = R @ I[[0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(3, 3) @ R.T
         link = self.links[place.link]

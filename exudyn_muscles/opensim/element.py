@@ -32,6 +32,10 @@ ON = ("appliesForce", "isEnforced", "enabled")
 TRUTH = {"true": True, "false": False, "1": True, "0": False}
 # What stands for no file or column.
 NOT_GIVEN = ("", "Unassigned")
+FUNCTIONS = frozenset([
+    "Constant", "GCVSpline", "LinearFunction", "MultiplierFunction", "PiecewiseConstantFunction",
+    "PiecewiseLinearFunction", "PolynomialFunction", "SimmSpline", "Sine", "StepFunction",
+])  # fmt: skip
 UNKNOWN = "OpenSim does not know this and ignores it, and so it is ignored here"
 TWICE = "it is given before, and only the first one counts"
 
@@ -183,11 +187,19 @@ class Element:
         beside = ("groups", "defaults", *properties)
         return [member for member in self.children if member.tag not in beside]
 
-    def object(self, tag: str) -> Element:
-        """The object that is the property `tag`: in an element of that tag, or of that name."""
-        named = [child for child in self.children if child.name == tag]
+    def objects(self, tag: str) -> list[Element]:
+        """What may be the property `tag`: in an element of that tag, or of that name, or else a
+        function without a name."""
         found = self.find(tag)
-        inside = named if found is None else found.children
+        if found is not None:
+            return found.children
+        named = [child for child in self.children if child.name == tag]
+        nameless = (child for child in self.children if not child.name and child.tag in FUNCTIONS)
+        return named or list(nameless)[:1]
+
+    def object(self, tag: str) -> Element:
+        """The object that is the property `tag`."""
+        inside = self.objects(tag)
         if len(inside) != 1:
             raise self.error(f"expected one object as its {tag}, found {len(inside)}")
         return inside[0]

@@ -143,7 +143,7 @@ def _custom_axes(joint: Element, coordinates: list[Coordinate]) -> list[Axis]:
 
 
 def _custom_axis(element: Element, coordinates: list[Coordinate]) -> Axis:
-    function = _function(element)
+    function = element.object("function") if element.objects("function") else None
     element.allow("coordinates", "axis", "function", *([] if function is None else [function.tag]))
     direction = element.vector("axis", default=(1.0, 0.0, 0.0))
     length = np.linalg.norm(direction)
@@ -155,20 +155,12 @@ def _custom_axis(element: Element, coordinates: list[Coordinate]) -> Axis:
     found = [coordinate for coordinate in coordinates if coordinate.name in names]
     if len(found) != len(names):
         raise element.get("coordinates").error(f"the joint has no coordinate '{names[0]}'")
-    if function is None:  # as OpenSim completes it
-        given: Line | Curve = Line(1.0 if names else 0.0, 0.0)
+    if function is None:  # OpenSim completes an empty function, one that is not there is zero
+        is_there = element.find("function") is not None
+        given: Line | Curve = Line(1.0 if names and is_there else 0.0, 0.0)
     else:
         given = read_function(function)
     if not names and not (isinstance(given, Line) and given.slope == 0.0):
         raise element.error("a function without a coordinate")
     rotates = element.name.startswith("rotation")
     return Axis(rotates, direction / length, found[0] if found else None, given, element)
-
-
-def _function(element: Element) -> Element | None:
-    """The function of an axis, None if it is left out or empty."""
-    found = element.find("function")
-    named = any(child.name == "function" for child in element.children)
-    if not named and (found is None or not found.children):
-        return None
-    return element.object("function")

@@ -25,6 +25,7 @@ TURN = (
     "<coefficients>1 0</coefficients></LinearFunction>"
 )
 TURNS = TURN.format("angle")
+TURN_OF = "<coordinates>angle</coordinates><axis>0 0 1</axis>"
 
 
 @pytest.fixture
@@ -184,18 +185,19 @@ def custom(*axes):
 @pytest.mark.parametrize(
     "axes",
     [
-        (AXIS.format("rotation1", TURNS),),  # the others do not move
-        (AXIS.format("rotation1", "<coordinates>angle</coordinates><axis>0 0 1</axis>"),),
-        (AXIS.format("rotation1", "<coordinates>angle</coordinates><axis>0 0 1</axis><function/>"),
+        (AXIS.format("rotation3", TURNS),),  # the others do not move
+        (AXIS.format("rotation3", TURN_OF + "<function/>"),
          AXIS.format("translation2", "<axis>0 1 0</axis><function />"),
-         AXIS.format("rotation2", "<coordinates/>")),
+         AXIS.format("rotation1", "<coordinates/>")),
     ],
 )  # fmt: skip
 def test_axes_that_leave_out_what_they_do(axes, write):
-    """An axis with a coordinate turns by it, one without does not move."""
+    """An empty function is the coordinate, if there is one; none at all does not move."""
     loaded, pin = Loaded(write(joints=custom(*axes))), Loaded(write())
     for found, expected in zip(loaded.pose([0.7], "body"), pin.pose([0.7], "body"), strict=True):
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-15)
+    with pytest.raises(em.ModelFileError, match="coordinate 'angle' moves nothing"):
+        em.opensim.load_model(write(joints=custom(AXIS.format("rotation3", TURN_OF))))
 
 
 @pytest.mark.parametrize("kind", ["PinJoint", "CustomJoint"])
