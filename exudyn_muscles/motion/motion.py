@@ -153,9 +153,11 @@ class Motion:
         cutoff : float, optional
             Cut-off frequency [Hz] of the filter; not filtered if left out.
         low_pass : LowPass
-            The filter. The default continues the record with the acceleration that it has at its
-            ends for three periods of the cut-off. OpenSim's continues it by point reflection, which
-            makes accelerations zero at the ends, 60 samples far, and so does its spline.
+            The filter. What was before a record's first sample is not known: accelerations are
+            uncertain there, for half a period of the cut-off. The default continues the record for
+            three periods with a part of its acceleration. OpenSim's continues it by point
+            reflection, which makes accelerations zero at the ends, 60 samples far, and so does its
+            spline.
 
         Raises
         ------

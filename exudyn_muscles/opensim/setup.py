@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 from ..checks import number_within
-from ..errors import MotionError, ParameterError, SpanWarning, warn
+from ..errors import MotionError, MotionWarning, ParameterError, SpanWarning, warn
 from ..methods.cmc import CMCSettings
 from ..methods.cosimulation_settings import CosimulationSettings, Scheme
 from ..methods.tracking import TrackingSettings
@@ -47,6 +47,8 @@ READ = (
 # Have to be empty.
 REFUSED = ("ControllerSet", "desired_points_file", "rra_controls_file")
 STEPS = 10  # of skeleton and muscles in a window
+# Behind a record's first sample its accelerations are uncertain for so many periods of the cut-off.
+UNSURE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +130,8 @@ def load_setup(
     Warns
     -----
     MotionWarning
-        Angles in the desired kinematics that cannot be radians, or a locked coordinate that moves.
+        Angles in the desired kinematics that cannot be radians, or a locked coordinate that moves;
+        a start so near to a filtered record's first sample that its accelerations are uncertain.
     SpanWarning
         The file's span is longer than the desired kinematics, whose ends are taken instead, or its
         last part is shorter than a window and left out.
@@ -283,6 +286,12 @@ def _motion(
     )
     own = start is None and end is None
     start = _within(tool, "initial_time", motion) if start is None else start
+    if cutoff > 0.0 and start - motion.start < UNSURE / cutoff:
+        text = (
+            f"the run starts {1e3 * (start - motion.start):.3g} ms behind the first sample; up to "
+            f"{1e3 * UNSURE / cutoff:.3g} ms the filter does not know the accelerations"
+        )
+        warn(str(tool.get("lowpass_cutoff_frequency").error(text)), MotionWarning)
     end = _within(tool, "final_time", motion) if end is None else end
     try:
         return motion.between(start, end)

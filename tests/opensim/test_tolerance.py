@@ -8,6 +8,7 @@ import pytest
 
 import exudyn_muscles as em
 
+from ..benchmarks.public_models import counted, distinct, load
 from ..opensim_files import (
     JOINT,
     PIN,
@@ -288,3 +289,22 @@ def test_a_skeleton_of_nothing_loads_and_cannot_follow(write):
     motion = em.Motion.from_waypoints([0.0, 0.1], [[0.1], [0.2]])
     with pytest.raises(em.ModelError, match="the model has no muscle and no reserve"):
         em.cosimulate(model, motion)
+
+
+# -- The table of what loads ----------------------------------------------------------------------
+
+
+def test_the_table_of_published_models(write, tmp_path):
+    """Files of one content count once; reasons have neither places nor names."""
+    spring = '<SpringGeneralizedForce name="spring"/>'
+    for name, forces in (("a", muscle()), ("b", muscle()), ("c", muscle() + spring)):
+        (tmp_path / name).mkdir()
+        write_model(tmp_path / name / "model.osim", forces=forces)
+    write_model(tmp_path / "c" / "warned.osim", rest="<Wind>1</Wind>")
+    found = [load("model", file) for file in distinct([tmp_path], "*.osim")]
+    assert [each.refused for each in found] == [
+        "", "ForceSet / SpringGeneralizedForce: this cannot be represented", "",
+    ]  # fmt: skip
+    assert found[0].size == "1 coordinates, 1 muscles, 0 actuators" and not found[0].warned
+    assert found[2].warned[0].startswith("Wind: OpenSim does not know this")
+    assert len(list(counted(found, lambda each: [each.refused]))) == 2
