@@ -18,6 +18,7 @@ from ..errors import ModelFileError, ModelFileWarning, ParameterError, cut, warn
 
 # In SI units nothing in a skeleton is that large, and its fifth power is a number still.
 LARGEST_NUMBER = 1e30
+MOST_TOLD = 100  # kinds of warnings of one file
 # Of files without a version, as OpenSim has it.
 UNVERSIONED = 10500
 # What tells how things look, arranges them or says how OpenSim computes, in every version.
@@ -99,13 +100,17 @@ class Element:
         raise self.error("this cannot be represented")
 
     def warn(self, text: str) -> None:
-        """Issue a ModelFileWarning about this element, the first of its kind in the file."""
+        """Issue a ModelFileWarning about this element if it is the first of its kind in the file.
+
+        After a hundred kinds no more is told.
+        """
         outermost, tag = self, self.parent.tag if self.parent is not None else ""
         while outermost.parent is not None:
             outermost = outermost.parent
         kind = f"{tag}/{self.tag}: {text}"
-        if outermost.told is not None and kind not in outermost.told:
-            outermost.told.add(kind)
+        told = outermost.told
+        if told is not None and kind not in told and len(told) < MOST_TOLD:
+            told.add(kind)
             more = outermost.count(tag, self.tag) - 1 if text == UNKNOWN else 0
             others = f" (and in {more} more places)" if more > 0 else ""
             warn(f"{self.error(text)}{others}", ModelFileWarning)

@@ -707,6 +707,17 @@ def test_results_go_where_the_command_says(write, tmp_path):
     assert not (tmp_path / "results").exists()
 
 
+def test_a_model_and_a_unit_from_the_command_line(write, tmp_path):
+    columns = ("shoulder", np.degrees(SHOULDER) / 20.0), ("elbow", np.degrees(ELBOW) / 20.0)
+    file = write({"motion.mot": motion(*columns, degrees=False)}, model_file="")
+    options = ["--model", str(tmp_path / "model.osim"), "--angles", "degrees"]
+    span = ["--final-time", "0.12", "--out", str(tmp_path / "out")]
+    assert main(["cmc", str(file), *options, *span]) == 0
+    found = em.Trajectory.load(tmp_path / "out" / "small_cmc.npz").coordinates[0]
+    expected = np.array([SHOULDER[12], ELBOW[12]]) / 20.0
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("changes", "options", "message"),
     [
