@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import BPoly, BSpline, make_interp_spline
 
 from ..errors import MotionError, StorageError
-from ..files.storage import read_storage
+from ..files.storage import Storage, read_storage
 from ..numerics.splines import told_apart
 from .coordinate import Coordinate
 from .low_pass import LowPass, low_passed
@@ -200,7 +200,8 @@ class Motion:
             As `from_samples`.
         described : sequence of opensim.Coordinate
             What the model's file says of its coordinates (`opensim.read_coordinates`): the ranges
-            that the motion should keep to, and what is locked.
+            that the motion should keep to, what is locked, and what is prescribed: that takes its
+            function's values in place of the file's.
         in_degrees : bool, optional
             What the file's angles are, whatever its header says.
 
@@ -224,7 +225,7 @@ class Motion:
         kept = told_apart(storage.time)
         storage = replace(storage, time=storage.time[kept], values=storage.values[kept])
         try:
-            samples = storage.coordinates(coordinates, units)
+            samples = _samples(storage, coordinates, units, described)
             unknown = np.argwhere(~np.isfinite(samples))
             if unknown.size:
                 k, j = unknown[0]
@@ -268,6 +269,23 @@ class Motion:
             curve = BPoly.from_derivatives(t, np.stack([q, v, a], axis=1))
         _check_finite(t, curve)
         return cls(t, curve)
+
+
+def _samples(
+    storage: Storage,
+    names: Sequence[str],
+    units: Sequence[str],
+    described: Sequence[Coordinate],
+) -> np.ndarray:
+    """Coordinates (k, n) of a file, or of their own functions."""
+    functions = {each.name: each.prescribed for each in described if each.prescribed is not None}
+    given = [k for k, name in enumerate(names) if name not in functions]
+    samples = np.empty((storage.time.size, len(names)))
+    samples[:, given] = storage.coordinates([names[k] for k in given], [units[k] for k in given])
+    for k, name in enumerate(names):
+        if name in functions:
+            samples[:, k] = functions[name](storage.time)
+    return samples
 
 
 def _spline(t: np.ndarray, q: np.ndarray, conditions: tuple | None = None) -> BSpline:

@@ -116,8 +116,6 @@ def _coordinate(element: Element) -> Coordinate:
         "motion_type", "default_value", "default_speed_value", "initial_value", "range", "clamped",
         "locked", "prescribed_function", "prescribed", "is_free_to_satisfy_constraints",
     )  # fmt: skip
-    if element.flag("prescribed"):
-        element.get("prescribed").refuse()
     low, high = element.vector("range", 2, (-10.0, 10.0))
     return Coordinate(
         element.name,
@@ -126,7 +124,26 @@ def _coordinate(element: Element) -> Coordinate:
         (float(low), float(high)),
         element.flag("clamped"),
         element.flag("locked"),
+        prescribed=_prescribed(element),
     )
+
+
+def _prescribed(element: Element) -> Curve | None:
+    """What a coordinate is moved by over time.
+
+    Warns
+    -----
+    ModelFileWarning
+        It is one that is.
+    """
+    given = element.flag("prescribed") and not element.flag("locked")
+    if not given or not element.objects("prescribed_function"):
+        return None
+    element.get("prescribed").warn(
+        "OpenSim moves this coordinate by its function; here an ideal actuator that costs next to "
+        "nothing moves it, along a motion that takes the function's values"
+    )
+    return as_curve(read_function(element.object("prescribed_function")))
 
 
 def _custom_axes(joint: Element, coordinates: list[Coordinate]) -> list[Axis]:

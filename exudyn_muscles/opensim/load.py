@@ -40,8 +40,8 @@ HARMLESS = (
 )  # fmt: skip
 
 
-# Optimal force [N or N m] of what holds a coordinate without a task: a body's weight costs 5e-5 of
-# what a muscle at its full force does.
+# Optimal force [N or N m] of what moves a coordinate without a task, or a prescribed one: a body's
+# weight costs 5e-5 of what a muscle at its full force does.
 FREELY = 1e5
 
 
@@ -60,7 +60,7 @@ def load_model(
     force_sets: Sequence[str | Path] = (),
     external_loads: str | Path | None = None,
 ) -> MusculoskeletalModel:
-    """The musculoskeletal model of an `.osim` file of OpenSim 2 to 4, on a new Exudyn system.
+    """The musculoskeletal model of an `.osim` file, on a new Exudyn system.
 
     Bodies behind a weld join its parent's link, a joint with several coordinates becomes as many
     links. Axes that are functions of a coordinate, and coordinates coupled to others, become
@@ -68,7 +68,7 @@ def load_model(
     coordinate but keeps its default value. The file's default pose is the system's initial state,
     in which dependent coordinates are where they belong. Coordinate, point and torque actuators
     become ideal ones; those on what cannot move, a locked coordinate or ground, do nothing in
-    OpenSim and are left out.
+    OpenSim and are left out. There may be no muscle. What OpenSim does not know is ignored.
 
     Parameters
     ----------
@@ -88,6 +88,12 @@ def load_model(
     StorageError
         The external loads' data file is damaged.
     FileNotFoundError
+
+    Warns
+    -----
+    ModelFileWarning
+        Something is left out, or taken for something else than it says, of which the file's author
+        may have expected more.
     """
     return read_model(file, force_sets, external_loads).model
 
@@ -139,12 +145,11 @@ def read_model(
     gravity = model.vector("gravity", default=(0.0, -9.80665, 0.0))
     forces = [] if external_loads is None else read_external_loads(external_loads, bodies)
     names = [link.name for link in bodies.links]
-    if tracked is not None:
-        reserves += [
-            Reserve(link.name, FREELY, name=f"{link.name}_held")
-            for link in bodies.links
-            if link.follows is None and link.name not in tracked
-        ]
+    reserves += [
+        Reserve(link.name, FREELY, name=f"{link.name}_held")
+        for link in bodies.links
+        if link.follows is None and _is_held(link, tracked)
+    ]
     dependent = [link.follows for link in bodies.links if link.follows is not None]
     with model.blamed():
         mbs, tree = _build(bodies.links, dependent, gravity, forces)
@@ -168,6 +173,12 @@ def read_coordinates(file: str | Path) -> tuple[Coordinate, ...]:
         As `load_model`.
     """
     return tuple(Bodies(read_document(file)).coordinates)
+
+
+def _is_held(link: Link, tracked: Collection[str] | None) -> bool:
+    """Whether an ideal actuator moves an independent coordinate, whatever it takes."""
+    untracked = tracked is not None and link.name not in tracked
+    return untracked or link.coordinate.prescribed is not None
 
 
 def _start(

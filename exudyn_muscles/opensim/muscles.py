@@ -206,8 +206,11 @@ NUMBERS = (
     "max_isometric_force", "optimal_fiber_length", "tendon_slack_length",
     "pennation_angle_at_optimal", "max_contraction_velocity",
 )  # fmt: skip
-# OpenSim refuses a lower one where the activation is divided by.
+# OpenSim's minimum activation, and the least control of muscles that have one. It refuses a lower
+# one where the activation is divided by.
 USUAL_ACTIVATION = 0.01
+# Before this version of the format a least control of 0 meant the usual one.
+OWN_CONTROL = 30513
 AT_ONCE = 1e-4  # s, shorter than any step
 
 
@@ -240,8 +243,9 @@ def read_muscle(element: Element, bodies: Bodies) -> Muscle:
             kind.convert(given)
         law = kind.law(**{name: value for name, value in given.items() if name in own})
         unit = {name: value for name, value in given.items() if name not in own}
-        unit |= _controls(element)
-        if unit.get("minimum_activation", USUAL_ACTIVATION) < LEAST_ACTIVATION:
+        has_none = unit.get("minimum_activation", USUAL_ACTIVATION) < LEAST_ACTIVATION
+        unit |= _controls(element, USUAL_ACTIVATION if has_none else 0.0)
+        if has_none:
             _keep_activation(element, law, unit)
         muscle = Muscle(
             element.name,
@@ -278,12 +282,15 @@ def _keep_activation(element: Element, law: MuscleLaw, unit: dict[str, Any]) -> 
         unit["minimum_activation"] = USUAL_ACTIVATION
 
 
-def _controls(element: Element) -> dict[str, float]:
+def _controls(element: Element, lowest: float) -> dict[str, float]:
     """Limits of the excitation, which OpenSim's muscles take as 0 or 1 beyond these."""
-    return {
-        name: min(max(element.number(name, usual, infinite=True), 0.0), 1.0)
-        for name, usual in zip(CONTROLS, (0.0, 1.0), strict=True)
-    }
+    low, high = (
+        min(max(element.number(name, usual, infinite=True), 0.0), 1.0)
+        for name, usual in zip(CONTROLS, (lowest, 1.0), strict=True)
+    )
+    if low == 0.0 and element.version < OWN_CONTROL:
+        low = lowest
+    return {"min_control": low, "max_control": high}
 
 
 def _points(element: Element) -> tuple[list[float], list[float]]:

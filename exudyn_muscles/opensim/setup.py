@@ -242,9 +242,11 @@ def _tasks(tool: Element, content: Content, given: Tasks) -> list[Task]:
     where = tool.get("task_set_file")
     if len(missing) == len(coordinates):
         raise where.error(f"no task that is on and active tracks {', '.join(missing)}")
-    if missing:
+    prescribed = [each.name for each in content.coordinates if each.prescribed is not None]
+    free = [name for name in missing if name not in prescribed]
+    if free:
         where.warn(
-            f"no task that is on and active tracks {', '.join(missing)}, which OpenSim leaves to "
+            f"no task that is on and active tracks {', '.join(free)}, which OpenSim leaves to "
             "the forces: here they follow the desired kinematics by ideal actuators"
         )
     kp, kv = (max(getattr(task, gain) for task in tasks.values()) for gain in ("kp", "kv"))

@@ -786,8 +786,6 @@ def changed(of, old, new):
         ({"joints": ""}, "Body 'body': no joint leads to it"),
         ({"joints": changed(PIN, "<coordinates>", "<coordinates><Coordinate name='b'/>")},
          "expected 1 coordinates, found 2"),
-        ({"joints": changed(PIN, '"angle">', '"angle"><prescribed>true</prescribed>')},
-         "Coordinate 'angle' / prescribed: this cannot"),
         ({"joints": changed(PIN, '"angle">', '"angle"><locked>maybe</locked>')},
          "locked: expected true or false, got 'maybe'"),
         ({"rest": COUPLER.format(coupled("c"))}, "'c': there is no coordinate 'c'"),

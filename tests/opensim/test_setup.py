@@ -620,6 +620,27 @@ def test_a_coordinate_without_a_task_follows_the_kinematics(write):
     assert result.coordinates[5, 0] == pytest.approx(setup.motion(result.time[5])[0][0], abs=1e-12)
 
 
+def test_a_prescribed_coordinate_follows_its_function(write):
+    """It needs no task, no column of the kinematics, and leaves the muscles alone."""
+    line = "<LinearFunction><coefficients>0.5 -0.1</coefficients></LinearFunction>"
+    inside = f"<prescribed_function>{line}</prescribed_function><prescribed>true</prescribed>"
+    both = coordinates("shoulder", inside=inside) + coordinates("elbow")
+    joints = JOINT.format(kind="UniversalJoint", coordinates=both, inside="")
+    files = {"tasks.xml": tasks(task("elbow", kp=100, kv=20)),
+             "motion.mot": motion(("elbow", ELBOW))}  # fmt: skip
+    setup, message = told(write(files, {"joints": joints}))
+    assert "'shoulder' / prescribed: OpenSim moves this coordinate by its function" in message
+    assert setup.model.reserves[-1].name == "shoulder_held"
+    q, v, a = setup.motion(0.2)
+    np.testing.assert_allclose([q[0], v[0], a[0]], [0.0, 0.5, 0.0], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(setup.motion(TIMES[24])[0][1], ELBOW[24], rtol=0, atol=1e-12)
+    result = em.cosimulate(setup.model, setup.motion, settings=setup.cosimulation())
+    assert result.max_unmet_torque == 0.0 and result.tracking_error_rms()[0] < 1e-4
+    # Without a function it is not prescribed.
+    joints = joints.replace(line, "")
+    load(write({"tasks.xml": FILES["tasks.xml"], "motion.mot": MOTION}, {"joints": joints}))
+
+
 def test_a_last_part_shorter_than_a_window(write):
     setup, message = told(write(final_time="0.404"))
     assert "the last 4 ms of the span are less than a window and are left out" in message

@@ -28,6 +28,8 @@ TURN = (
 TURNS = TURN.format("angle")
 TURN_OF = "<coordinates>angle</coordinates><axis>0 0 1</axis>"
 
+MOTOR = '<CoordinateActuator name="m"><coordinate>angle</coordinate></CoordinateActuator>'
+
 
 @pytest.fixture
 def write(tmp_path):
@@ -159,11 +161,31 @@ def test_no_minimum_activation(damping, write):
     file = write(forces=muscle("Millard2012EquilibriumMuscle", inside=inside))
     if damping:
         (found,) = em.opensim.load_model(file).muscles
-        assert found.minimum_activation == 0.0
+        assert (found.minimum_activation, found.min_control) == (0.0, 0.01)  # OpenSim's least
+        own = inside + "<min_control>0</min_control>"
+        for version, least in ((40000, 0.0), (30000, 0.01)):  # which once meant the usual one
+            forces = muscle("Millard2012EquilibriumMuscle", inside=own)
+            (found,) = em.opensim.load_model(write(forces=forces, version=version)).muscles
+            assert found.min_control == least
         return
     model, (message,) = told(file)
     (found,) = model.muscles
     assert found.minimum_activation == 0.01 and "minimum_activation: OpenSim refuses" in message
+
+
+def test_muscles_without_activation_run(write):
+    """And come back in a replay."""
+    inside = (
+        "<minimum_activation>0</minimum_activation><min_control>0</min_control>"
+        "<tendon_slack_length>0.45</tendon_slack_length>"
+    )
+    forces = muscle("Millard2012EquilibriumMuscle", inside=inside) + MOTOR
+    model = em.opensim.load_model(write(forces=forces))
+    motion = em.Motion.from_waypoints([0.0, 0.3], [[0.1], [0.5]])
+    result = em.computed_muscle_control(model, motion)
+    assert result.activations.min() == 0.0 and result.max_unmet_torque == 0.0
+    replay = em.forward_dynamics(model, result.excitations)
+    np.testing.assert_allclose(replay.coordinates, result.coordinates, rtol=0, atol=1e-9)
 
 
 def test_activation_without_dynamics(write):
@@ -260,8 +282,6 @@ def test_coordinates_coupled_by_straight_lines(write):
 
 
 # -- Skeletons without muscles --------------------------------------------------------------------
-
-MOTOR = '<CoordinateActuator name="m"><coordinate>angle</coordinate></CoordinateActuator>'
 
 
 @pytest.mark.parametrize("method", ["static", "csf", "css", "cmc"])
