@@ -94,6 +94,9 @@ def _points(x: Sequence[float], y: Sequence[float]) -> tuple[np.ndarray, np.ndar
         raise ParameterError(f"a spline needs two points or more with increasing x, got {x}, {y}")
     if knots.size > MOST_POINTS:
         raise ParameterError(f"a spline has at most {MOST_POINTS} points, got {knots.size}")
+    for end, next_ in ((0, 1), (-1, -2)):  # a step between them would be followed outwards
+        if knots[end] == knots[next_] and values[end] != values[next_]:
+            raise ParameterError(f"a spline cannot jump at its end, at x = {knots[end]:g}")
     return knots, values
 
 

@@ -90,6 +90,26 @@ def test_a_joint_that_points_towards_ground(kind, both):
     same_pose(ours, theirs, state, [0.4, -0.3][: len(names)])
 
 
+@pytest.mark.parametrize(
+    ("x", "y"),
+    [
+        ([-1, 0, 0, 1, 2], [0, 0.5, 0.5, 1, 0]),
+        ([-1, 0, 0, 1, 2], [0, 0.5, 0.6, 1, 0]),
+        ([0, 0, 1, 2], [0, 0, 1, 0]),
+        ([0, 1, 1, 1, 2], [0, 1, 1, 1, 0]),
+    ],
+)
+def test_splines_with_a_repeated_x(x, y):
+    import opensim
+
+    spline = opensim.SimmSpline()
+    for point in zip(x, y, strict=True):
+        spline.addPoint(*map(float, point))
+    at = np.array([-1.3, -0.7, -0.2, 0.11, 0.5, 0.93, 1.2, 1.7, 2.4])
+    expected = [spline.calcValue(opensim.Vector(1, float(each))) for each in at]
+    np.testing.assert_allclose(em.simm_spline(x, y)(at), expected, rtol=0, atol=1e-6)
+
+
 def test_what_is_left_out_of_a_body(both):
     """An inertia that is not there is none."""
     body = BODY.format(name="body", inside="").replace("<inertia>", "<!-- ").replace(

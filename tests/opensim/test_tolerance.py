@@ -267,6 +267,12 @@ def test_a_spline_with_a_repeated_x(write):
     np.testing.assert_allclose(curve(at), near(at), rtol=0, atol=1e-6)
 
 
+@pytest.mark.parametrize(("x", "y"), [([0, 0, 1], [0, 0.1, 1]), ([0, 1, 1], [0, 1, 0.9])])
+def test_a_spline_that_jumps_at_its_end(x, y):
+    with pytest.raises(em.ParameterError, match="a spline cannot jump at its end, at x = "):
+        em.simm_spline(x, y)
+
+
 def test_coordinates_coupled_by_straight_lines(write):
     line = "<PiecewiseLinearFunction><x>-1 0 1</x><y>0 1 3</y></PiecewiseLinearFunction>"
     rest = (
