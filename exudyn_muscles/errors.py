@@ -96,6 +96,14 @@ class StabilityWarning(ExudynMusclesWarning):
     """Gains and step lie outside the stability limit of the simplified co-simulation."""
 
 
+class ModelFileWarning(ExudynMusclesWarning):
+    """Something in a model file is left out, or taken for something else than it says."""
+
+
+class StorageWarning(ExudynMusclesWarning):
+    """A storage file has other rows than it says."""
+
+
 class PathWarning(ExudynMusclesWarning):
     """A muscle path cannot act on the skeleton."""
 

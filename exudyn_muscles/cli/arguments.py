@@ -63,6 +63,7 @@ def build_parser() -> argparse.ArgumentParser:
             type=float,
             help="OpenSim model: low-pass filter of the motion; default none",
         )
+        _angles(added)
         added.add_argument(
             "--out",
             metavar="DIR",
@@ -161,6 +162,14 @@ def build_parser() -> argparse.ArgumentParser:
         type=Path,
         help="folder for results, made if needed; default the set-up's results directory",
     )
+    cmc.add_argument(
+        "--model",
+        metavar="FILE",
+        type=Path,
+        dest="model_file",
+        help="model (.osim) in place of the set-up's, which may lack one",
+    )
+    _angles(cmc)
     of_output(cmc)
     cmc.set_defaults(sto=True)
 
@@ -247,6 +256,14 @@ def build_parser() -> argparse.ArgumentParser:
         help="figure, whose ending says its format; default curves.png",
     )
     return parser
+
+
+def _angles(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--angles",
+        choices=["degrees", "radians"],
+        help="what the angles in the motion's file are; default what it says",
+    )
 
 
 def _quantities() -> str:

@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
     method = arguments.method
     refuse_foreign_options(arguments)
     out = arguments.out and made_folder(arguments.out)
-    source = load_model(arguments.model, arguments.motion, arguments.cutoff)
+    source = load_model(arguments.model, arguments.motion, arguments.cutoff, _in_degrees(arguments))
     usual_step = STEP / CMC_STEPS if method == "cmc" else STEP
     compute = method_function(
         method,
@@ -54,6 +54,8 @@ def cmc(arguments: argparse.Namespace) -> int:
         arguments.model,
         initial_time=arguments.initial_time,
         final_time=arguments.final_time,
+        model=arguments.model_file,
+        in_degrees=_in_degrees(arguments),
     )
     out = arguments.out = made_folder(arguments.out or setup.results_directory)
     compute: Callable[..., Trajectory]
@@ -63,6 +65,10 @@ def cmc(arguments: argparse.Namespace) -> int:
         compute = partial(cosimulate, settings=setup.cosimulation(Scheme(arguments.method)))
     source = Source(setup.model, setup.motion, setup.coordinates)
     return _result(arguments, setup.name, compute, source, out)
+
+
+def _in_degrees(arguments: argparse.Namespace) -> bool | None:
+    return None if arguments.angles is None else arguments.angles == "degrees"
 
 
 def _result(
@@ -96,7 +102,9 @@ def compare(arguments: argparse.Namespace) -> int:
     out, step = arguments.out and made_folder(arguments.out), arguments.step
     if arguments.json is not None:
         made_folder(arguments.json.parent)
-    model, motion, _ = load_model(arguments.model, arguments.motion, arguments.cutoff)
+    model, motion, _ = load_model(
+        arguments.model, arguments.motion, arguments.cutoff, _in_degrees(arguments)
+    )
     name = arguments.model.stem
     best: dict[str, float] = {}
     results: dict[str, Trajectory] = {}

@@ -32,7 +32,12 @@ class Source(NamedTuple):
     coordinates: tuple[Coordinate, ...] = ()
 
 
-def load_model(file: Path, motion: Path | None = None, cutoff: float | None = None) -> Source:
+def load_model(
+    file: Path,
+    motion: Path | None = None,
+    cutoff: float | None = None,
+    in_degrees: bool | None = None,
+) -> Source:
     """Model and motion of a Python file that defines `build()` and `motion()`, or the model of an
     `.osim` file with the motion of another file.
 
@@ -44,6 +49,8 @@ def load_model(file: Path, motion: Path | None = None, cutoff: float | None = No
         The motion's file (`.mot`, `.sto`), with an `.osim` file.
     cutoff : float, optional
         Cut-off frequency [Hz] of the motion's low-pass filter.
+    in_degrees : bool, optional
+        What the angles in the motion's file are, whatever it says.
 
     Raises
     ------
@@ -59,11 +66,16 @@ def load_model(file: Path, motion: Path | None = None, cutoff: float | None = No
             raise ModelError(f"{file}: a model file of OpenSim needs --motion FILE.mot")
         model, described, _ = read_model(file)
         desired = Motion.from_file(
-            motion, model.coordinates, model.skeleton.units, cutoff=cutoff, described=described
+            motion,
+            model.coordinates,
+            model.skeleton.units,
+            cutoff=cutoff,
+            described=described,
+            in_degrees=in_degrees,
         )
         return Source(model, desired, described)
-    if motion is not None or cutoff is not None:
-        raise ModelError(f"{file}: --motion and --cutoff belong to an .osim file")
+    if not (motion is None and cutoff is None and in_degrees is None):
+        raise ModelError(f"{file}: --motion, --cutoff and --angles belong to an .osim file")
     parts: list[Any] = []
     with _imported(file, "model") as module:
         for function, kind in (("build", MusculoskeletalModel), ("motion", Motion)):

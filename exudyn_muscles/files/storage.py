@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import StorageError, cut
+from ..errors import StorageError, StorageWarning, cut, warn
 from .disk import read_file, write_file
 
 END = "endheader"
@@ -220,6 +220,11 @@ def read_storage(file: str | Path) -> Storage:
     StorageError
         The file is not one, or is damaged; names the line and what is wrong with it.
     FileNotFoundError
+
+    Warns
+    -----
+    StorageWarning
+        It has more or fewer rows than it says.
     """
     content = read_file(file, LARGEST, StorageError)
     try:
@@ -244,10 +249,8 @@ def read_storage(file: str | Path) -> Storage:
         raise StorageError(f"{here}: more than {MOST_COLUMNS} columns")
     stated = header.get("nRows")
     if stated is not None and stated.number(file) != len(rows):
-        raise StorageError(
-            f"{file}, line {stated.line}: nRows={stated.value}, but there are {len(rows)} rows"
-        )
-
+        text = f"{file}, line {stated.line}: nRows={stated.value}, but there are {len(rows)} rows"
+        warn(f"{text}, which are read", StorageWarning)
     numbers = array("d")
     last, columns = -math.inf, [time, *labels]
     for k in rows:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import ParameterError, UnmetTorqueError
+from ..errors import ModelError, ParameterError, UnmetTorqueError
 from ..model import MusculoskeletalModel
 from ..muscle.parameters import MuscleSet
 from ..recruitment.limits import Limits
@@ -96,6 +96,8 @@ class MuscleOptimization:
 
     Raises
     ------
+    ModelError
+        The model has neither muscles nor ideal actuators.
     ParameterError
         As `Limits`.
     """
@@ -103,6 +105,8 @@ class MuscleOptimization:
     def __init__(
         self, model: MusculoskeletalModel, settings: RecruitmentSettings, counts: Counts
     ) -> None:
+        if not (len(model.muscles) or model.reserves):
+            raise ModelError("no motion can be followed: the model has no muscle and no reserve")
         self._model = model
         self._settings = settings
         self._counts = counts

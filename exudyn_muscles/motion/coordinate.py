@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ..numerics.curves import Curve
+
 
 @dataclass(frozen=True)
 class Coordinate:
@@ -24,6 +26,8 @@ class Coordinate:
         It is an angle, or one besides what else it moves.
     joint : str
         Path of the joint that it belongs to in OpenSim 4, such as `/jointset/elbow`.
+    prescribed : Curve or None
+        Its values over time [s], if OpenSim moves it by a function whatever the forces are.
     """
 
     name: str
@@ -34,3 +38,4 @@ class Coordinate:
     locked: bool
     rotates: bool = True
     joint: str = ""
+    prescribed: Curve | None = None

@@ -6,21 +6,20 @@ Coordinates are Exudyn's, in rad and m, in the order of the tree.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import BPoly, BSpline, make_interp_spline
+from scipy.interpolate import BPoly, BSpline
 
 from ..errors import MotionError, StorageError
 from ..files.storage import read_storage
-from ..numerics.splines import QUINTIC, quintic_point
+from ..numerics.splines import QUINTIC, quintic_point, told_apart
 from .coordinate import Coordinate
 from .low_pass import LowPass, low_passed
-from .plausibility import warn_of_columns
-
-DEGREE = QUINTIC  # the accelerations are smooth
-LARGEST = 1e9  # of times and coordinates: nothing is known more finely than to 1e-7 there
+from .plausibility import check_unit, warn_of_locked
+from .samples import check_finite, checked_samples, equally_spaced, quintic_spline, samples_of_file
 
 
 class Motion:
@@ -83,7 +82,7 @@ class Motion:
                 f"{worst:.10g} s"
             )
         if not times.ndim and self._tables is not None:
-            x, basis = np.empty((3, self._tables[1].shape[1])), np.empty(DEGREE + 1)
+            x, basis = np.empty((3, self._tables[1].shape[1])), np.empty(QUINTIC + 1)
             quintic_point(*self._tables, min(max(low, self.start), self.end), basis, x)
             return x[0], x[1], x[2]
         inside = np.minimum(np.maximum(times, self.start), self.end)
@@ -128,7 +127,7 @@ class Motion:
         MotionError
             Too few points, times not increasing, shapes that do not fit, or values not finite.
         """
-        t, q = _checked(times, coordinates, 2)
+        t, q = checked_samples(times, coordinates, 2)
         ends = []
         for name, pair in (("speeds", speeds), ("accelerations", accelerations)):
             try:
@@ -141,7 +140,7 @@ class Motion:
                 raise MotionError(f"{name} must be finite, got {pair!r}")
             ends.append((first, last))
         conditions = tuple([(1, ends[0][k]), (2, ends[1][k])] for k in (0, 1))
-        return cls(t, _spline(t, q, conditions))
+        return cls(t, quintic_spline(t, q, conditions))
 
     @classmethod
     def from_samples(
@@ -157,15 +156,18 @@ class Motion:
         Parameters
         ----------
         times : (k,) array_like
-            Increasing [s], k >= 6; equally spaced to a tenth if a filter is asked for, which takes
-            the spline's values at exactly equal times.
+            Increasing [s], k >= 6. A filter takes the spline's values at equal times: as many of
+            them if steps differ by less than a tenth, else one for each smallest step, as OpenSim.
         coordinates : (k, n) or (k,) array_like
             Samples [rad or m].
         cutoff : float, optional
             Cut-off frequency [Hz] of the filter; not filtered if left out.
         low_pass : LowPass
-            The filter. The default continues the record by point reflection for three periods of
-            the cut-off; OpenSim's by 60 samples, and so does its spline.
+            The filter. What was before a record's first sample is not known: accelerations are
+            uncertain there, for half a period of the cut-off. The default continues the record for
+            three periods with a part of its acceleration. OpenSim's continues it by point
+            reflection, which makes accelerations zero at the ends, 60 samples far, and so does its
+            spline.
 
         Raises
         ------
@@ -173,12 +175,12 @@ class Motion:
             As `from_waypoints`, the cut-off is not between zero and half the sampling rate, or the
             record is shorter than one period of it.
         """
-        t, q = _checked(times, coordinates, DEGREE + 1)
+        t, q = checked_samples(times, coordinates, QUINTIC + 1)
         if cutoff is None:
-            return cls(t, _spline(t, q))
+            return cls(t, quintic_spline(t, q))
         span = t[[0, -1]]
-        t, q = low_passed(*_equally_spaced(t, q), cutoff, low_pass)
-        return cls(span, _spline(t, q))
+        t, q = low_passed(*equally_spaced(t, q), cutoff, low_pass)
+        return cls(span, quintic_spline(t, q))
 
     @classmethod
     def from_file(
@@ -190,8 +192,11 @@ class Motion:
         cutoff: float | None = None,
         low_pass: LowPass = LowPass.BUTTERWORTH,
         described: Sequence[Coordinate] = (),
+        in_degrees: bool | None = None,
     ) -> Motion:
         """The quintic spline through the samples in a storage file (`.sto`, `.mot`).
+
+        Of two rows at almost one time, by less than a thousandth of a step, the last counts.
 
         Parameters
         ----------
@@ -205,14 +210,18 @@ class Motion:
             As `from_samples`.
         described : sequence of opensim.Coordinate
             What the model's file says of its coordinates (`opensim.read_coordinates`): the ranges
-            that the motion should keep to, and what is locked.
+            that the motion should keep to, what is locked, and what is prescribed: that takes its
+            function's values in place of the file's.
+        in_degrees : bool, optional
+            What the file's angles are, whatever its header says.
 
         Raises
         ------
         StorageError
             The file is damaged or lacks a coordinate; tells which columns there are.
         MotionError
-            As `from_samples`; names the file.
+            As `from_samples`; names the file. Or angles that by the model's ranges can only be
+            degrees, although the file does not say so, nor `in_degrees`.
         FileNotFoundError
 
         Warns
@@ -221,8 +230,12 @@ class Motion:
             Angles that cannot be radians, or a column that moves a locked coordinate.
         """
         storage = read_storage(file)
+        if in_degrees is not None:
+            storage = replace(storage, in_degrees=in_degrees)
+        kept = told_apart(storage.time)
+        storage = replace(storage, time=storage.time[kept], values=storage.values[kept])
         try:
-            samples = storage.coordinates(coordinates, units)
+            samples = samples_of_file(storage, coordinates, units, described)
             unknown = np.argwhere(~np.isfinite(samples))
             if unknown.size:
                 k, j = unknown[0]
@@ -232,7 +245,9 @@ class Motion:
             motion = cls.from_samples(storage.time, samples, cutoff=cutoff, low_pass=low_pass)
         except (StorageError, MotionError) as error:
             raise type(error)(f"{file}: {error}") from error
-        warn_of_columns(storage, samples, coordinates, units, described, str(file))
+        if in_degrees is None:
+            check_unit(storage, samples, coordinates, units, described, str(file))
+        warn_of_locked(storage, described, str(file))
         return cls(np.array([motion.start, motion.end]), motion._curves[0], str(file))
 
     @classmethod
@@ -252,9 +267,9 @@ class Motion:
         MotionError
             As `from_waypoints`.
         """
-        t, q = _checked(times, coordinates, 2)
-        _, v = _checked(times, speeds, 2, "speeds")
-        _, a = _checked(times, accelerations, 2, "accelerations")
+        t, q = checked_samples(times, coordinates, 2)
+        _, v = checked_samples(times, speeds, 2, "speeds")
+        _, a = checked_samples(times, accelerations, 2, "accelerations")
         if not q.shape == v.shape == a.shape:
             raise MotionError(
                 f"coordinates {q.shape}, speeds {v.shape} and accelerations {a.shape} must have "
@@ -262,67 +277,5 @@ class Motion:
             )
         with np.errstate(all="ignore"):
             curve = BPoly.from_derivatives(t, np.stack([q, v, a], axis=1))
-        _check_finite(t, curve)
+        check_finite(t, curve)
         return cls(t, curve)
-
-
-def _spline(t: np.ndarray, q: np.ndarray, conditions: tuple | None = None) -> BSpline:
-    """The quintic spline through points."""
-    try:
-        with np.errstate(all="ignore"):
-            curve = make_interp_spline(t, q, k=DEGREE, bc_type=conditions)
-    except (ValueError, np.linalg.LinAlgError) as error:
-        raise MotionError(f"there is no quintic spline through these points: {error}") from None
-    _check_finite(t, curve)
-    return curve
-
-
-def _check_finite(t: np.ndarray, curve: BSpline | BPoly) -> None:
-    with np.errstate(all="ignore"):
-        finite = np.isfinite(curve.derivative(2).c).all()
-    if not finite:
-        raise MotionError(f"times are too close: the smallest step is {np.diff(t).min()} s")
-
-
-def _equally_spaced(t: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same span with equal steps; those of files are rounded."""
-    steps = np.diff(t)
-    spread, mean = np.ptp(steps), steps.mean()
-    if spread > 0.1 * mean:
-        raise MotionError(
-            f"filtering needs equally spaced times, the steps run from {steps.min():g} to "
-            f"{steps.max():g} s"
-        )
-    if spread <= 1e-6 * mean:
-        return t, q
-    even = np.linspace(t[0], t[-1], t.size)
-    return even, _spline(t, q)(even)
-
-
-def _checked(
-    times: ArrayLike, values: ArrayLike, fewest: int, name: str = "coordinates"
-) -> tuple[np.ndarray, np.ndarray]:
-    """Times (k,) and values (k, n) as finite float arrays."""
-    try:
-        t, q = np.asarray(times, dtype=float), np.asarray(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise MotionError(f"times and {name} must be arrays of numbers: {error}") from error
-    if q.ndim == 1:
-        q = q[:, None]
-    if t.ndim != 1 or q.ndim != 2 or q.shape[0] != t.size or q.shape[1] == 0:
-        raise MotionError(f"times {t.shape} and {name} {q.shape} do not fit: expected (k,), (k, n)")
-    if t.size < fewest:
-        raise MotionError(f"a motion needs at least {fewest} points, got {t.size}")
-    if not np.isfinite(t).all() or not np.isfinite(q).all():
-        row = int(np.argmin(np.isfinite(t) & np.isfinite(q).all(axis=1)))
-        raise MotionError(f"times and {name} must be finite; row {row}: t = {t[row]}, {q[row]}")
-    for what, array, unit in (("times", t, "s"), (name, q, "in rad, m and s")):
-        if (largest := np.abs(array).max()) > LARGEST:
-            raise MotionError(f"{what} go up to {largest:g}, allowed is {LARGEST:g} {unit}")
-    wrong = np.flatnonzero(np.diff(t) <= 0.0)
-    if wrong.size:
-        k = int(wrong[0])
-        raise MotionError(
-            f"times must increase: t[{k}] = {t[k]:g} s is followed by t[{k + 1}] = {t[k + 1]:g} s"
-        )
-    return t, q

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ..errors import MotionWarning, StorageError, warn
+from ..errors import MotionError, MotionWarning, StorageError, warn
 from ..files.storage import Storage
 from .coordinate import Coordinate
 
@@ -22,7 +22,7 @@ BEYOND = 1.0
 MOVES = 1e-3
 
 
-def warn_of_columns(
+def check_unit(
     storage: Storage,
     samples: np.ndarray,
     names: Sequence[str],
@@ -30,7 +30,7 @@ def warn_of_columns(
     described: Iterable[Coordinate],
     source: str,
 ) -> None:
-    """Warn of a file's angles that cannot be radians, and of locked coordinates that move.
+    """Warn of a file's angles that cannot be radians.
 
     Parameters
     ----------
@@ -42,15 +42,40 @@ def warn_of_columns(
     source : str
         The storage's file.
 
+    Raises
+    ------
+    MotionError
+        A coordinate turns several times farther than its range: these are degrees.
+
     Warns
     -----
     MotionWarning
         Names the coordinate, its values and its range.
     """
+    if storage.in_degrees:
+        return
     ranges = {each.name: each.range for each in described}
-    if not storage.in_degrees:
-        for text in doubtful_angles(storage.time, samples, names, units, ranges):
-            warn(f"{source}: {text} A file of degrees says inDegrees=yes", MotionWarning)
+    for name, unit, x in zip(names, units, samples.T, strict=True):
+        low, high = ranges.get(name, (-math.inf, math.inf))
+        if unit == "rad" and high - low < TURNS < max(x.max() - high, low - x.min()):
+            raise MotionError(
+                f"{source}: coordinate '{name}' runs from {x.min():.4g} to {x.max():.4g}, its "
+                f"range is [{low:.4g}, {high:.4g}] rad: are these degrees? The file does not say "
+                "so. in_degrees=True takes them for degrees (--angles degrees on the command "
+                "line), in_degrees=False for radians"
+            )
+    for text in doubtful_angles(storage.time, samples, names, units, ranges):
+        warn(f"{source}: {text} A file of degrees says inDegrees=yes", MotionWarning)
+
+
+def warn_of_locked(storage: Storage, described: Iterable[Coordinate], source: str) -> None:
+    """Warn of locked coordinates that move in a file.
+
+    Warns
+    -----
+    MotionWarning
+        Names the coordinate, its values and its range.
+    """
     for each in described:
         unit = "rad" if each.rotates else "m"
         try:

@@ -33,6 +33,10 @@ if TYPE_CHECKING:
     COLUMNS,
 ) = range(26)  # fmt: skip
 
+NO_CURVE = Curve.line(0.0, 0.0)  # kernels get at least one
+
+# Fibres without a damper divide by the activation.
+LEAST_ACTIVATION = 1e-3
 # OpenSim's limit for all fixed-width units; the fibre would stand across the tendon at 90 deg.
 MAXIMUM_PENNATION = math.acos(0.1)
 
@@ -61,7 +65,7 @@ RANGES = {
     "max_contraction_velocity": (0.1, 100.0, "optimal fiber lengths/s"),
     "activation_time_constant": (1e-4, 10.0, "s"),
     "deactivation_time_constant": (1e-4, 10.0, "s"),
-    "minimum_activation": (1e-3, 0.5, ""),
+    "minimum_activation": (0.0, 0.5, ""),
     "min_control": (0.0, 1.0, ""),
     "max_control": (0.0, 1.0, ""),
     "activation_dynamics_smoothing": (1e-3, 1e3, ""),
@@ -94,7 +98,8 @@ class Muscle:
     activation_dynamics_smoothing : float
         b of the smooth law: 0.1 as published, 10 as OpenSim recommends.
     minimum_activation : float
-        a_min, below which no excitation goes either; 0.01 as in OpenSim.
+        a_min, below which no excitation goes either; 0.01 as in OpenSim. Fibres with a damper may
+        have none, all others at least 0.001.
     min_control, max_control : float
         Lowest and highest excitation that a method may find.
     law : MuscleLaw
@@ -174,6 +179,11 @@ class Muscle:
                     f"muscle '{self.name}': {parameter} = {getattr(self, parameter)!r} is not a "
                     f"{kind.__name__}"
                 )
+        if self.minimum_activation < LEAST_ACTIVATION and not self.law.bears_no_activation:
+            raise ParameterError(
+                f"muscle '{self.name}': minimum_activation = {self.minimum_activation:g} is below "
+                f"{LEAST_ACTIVATION:g}: {type(self.law).__name__} divides by the activation"
+            )
         strain, own = self.tendon_strain_at_one_norm_force, self.law.tendon_strain_at_one_norm_force
         if strain is not None:
             name = f"muscle '{self.name}': tendon_strain_at_one_norm_force"
@@ -214,21 +224,20 @@ class MuscleSet:
     Raises
     ------
     ParameterError
-        Two muscles share a name, or there is none.
+        Two muscles share a name.
     """
 
     def __init__(self, muscles: Iterable[Muscle]) -> None:
         self._muscles = tuple(muscles)
         self.names = tuple(muscle.name for muscle in self._muscles)
-        if not self._muscles:
-            raise ParameterError("a model needs at least one muscle, got none")
         twice = [name for name, count in Counter(self.names).items() if count > 1]
         if twice:
             raise ParameterError(f"muscle names must be unique, used more than once: {twice}")
         numbers: dict[Curve, int] = {}
-        table = np.array([_row(muscle, numbers) for muscle in self._muscles])
+        rows = [_row(muscle, numbers) for muscle in self._muscles]
+        table = np.array(rows).reshape(-1, COLUMNS)
         table.setflags(write=False)
-        self.tables = MuscleTables(table, pack(list(numbers)))
+        self.tables = MuscleTables(table, pack(list(numbers) or [NO_CURVE]))
 
     def __len__(self) -> int:
         return len(self._muscles)

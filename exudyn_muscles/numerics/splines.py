@@ -13,17 +13,21 @@ from .kernel import kernel
 QUINTIC = 5
 # A point every third of a degree of a full turn; the time goes with their third power.
 MOST_POINTS = 1000
+# Rows of a record nearer than this part of its usual step are one, which was rounded twice.
+SAME_ROW = 1e-3
+LEAST_STEP = 1e-7  # what OpenSim takes for the step between points with one x
 
 
 def simm_spline(x: Sequence[float], y: Sequence[float]) -> Curve:
     """OpenSim's `SimmSpline`: the cubic spline through points, and its tangents beyond them.
 
-    Its third derivative at each end is that of the cubic through the four points there.
+    Its third derivative at each end is that of the cubic through the four points there. Where an x
+    is repeated, OpenSim's coefficients are those of a step of 1e-7.
 
     Parameters
     ----------
     x, y : (k,) sequence of float
-        Two to 1000 points; x increases.
+        Two to 1000 points; x does not decrease.
 
     Raises
     ------
@@ -39,12 +43,8 @@ def simm_spline(x: Sequence[float], y: Sequence[float]) -> Curve:
     >>> simm_spline([0, 1, 2, 3], [0, 1, 8, 27])(1.5)  # a cubic is its own spline
     array(3.375)
     """
-    knots, values = np.array(x, dtype=float), np.array(y, dtype=float)
-    n, h = knots.size, np.diff(knots)
-    if knots.ndim != 1 or knots.shape != values.shape or n < 2 or not (h > 0.0).all():
-        raise ParameterError(f"a spline needs two points or more with increasing x, got {x}, {y}")
-    if n > MOST_POINTS:
-        raise ParameterError(f"a spline has at most {MOST_POINTS} points, got {n}")
+    knots, values = _points(x, y)
+    n, h = knots.size, np.maximum(np.diff(knots), LEAST_STEP)
     with np.errstate(all="ignore"):  # Curve refuses what is not finite
         slope, second, third = _derivatives(knots, values, h)
 
@@ -53,7 +53,53 @@ def simm_spline(x: Sequence[float], y: Sequence[float]) -> Curve:
             t = places - knots[i]
             return values[i] + t * (slope[i] + t * (0.5 * second[i] + t * third[i] / 6.0))
 
-        return Curve(spline, list(knots), name="the spline")
+        return Curve(spline, np.unique(knots).tolist(), name="the spline")
+
+
+def piecewise_line(x: Sequence[float], y: Sequence[float]) -> Curve:
+    """OpenSim's `PiecewiseLinearFunction`: straight from point to point, and on beyond them.
+
+    Parameters and errors as of `simm_spline`.
+
+    Examples
+    --------
+    >>> piecewise_line([0, 1, 3], [0, 2, 2])(np.array([0.5, 2.0, 4.0])).tolist()
+    [1.0, 2.0, 2.0]
+    """
+    knots, values = _points(x, y)
+    n, slopes = knots.size, np.diff(values) / np.maximum(np.diff(knots), LEAST_STEP)
+
+    def line(places: np.ndarray) -> np.ndarray:
+        i = np.clip(np.searchsorted(knots, places, side="right") - 1, 0, n - 2)
+        return values[i] + (places - knots[i]) * slopes[i]
+
+    return Curve(line, np.unique(knots).tolist(), name="the piecewise linear function")
+
+
+def told_apart(times: np.ndarray) -> np.ndarray:
+    """Which (k,) of increasing times are not followed at once by the same one, but for rounding.
+
+    Examples
+    --------
+    >>> told_apart(np.array([0.0, 0.1, 0.10000001, 0.2])).tolist()
+    [True, False, True, True]
+    """
+    steps = np.diff(times)
+    return np.append(steps > SAME_ROW * np.median(steps), True) if steps.size else times == times
+
+
+def _points(x: Sequence[float], y: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+    """Points (k,) that a function can go through."""
+    knots, values = np.array(x, dtype=float), np.array(y, dtype=float)
+    fits = knots.ndim == 1 and knots.shape == values.shape and np.unique(knots).size > 1
+    if not (fits and (np.diff(knots) >= 0.0).all()):
+        raise ParameterError(f"a spline needs two points or more with increasing x, got {x}, {y}")
+    if knots.size > MOST_POINTS:
+        raise ParameterError(f"a spline has at most {MOST_POINTS} points, got {knots.size}")
+    for end, next_ in ((0, 1), (-1, -2)):  # a step between them would be followed outwards
+        if knots[end] == knots[next_] and values[end] != values[next_]:
+            raise ParameterError(f"a spline cannot jump at its end, at x = {knots[end]:g}")
+    return knots, values
 
 
 @kernel
@@ -99,8 +145,8 @@ def _derivatives(
     if n > 2:
         A[0, :2] = A[-1, -2:] = -1.0, 1.0
     if n > 3:
-        second = np.diff(slopes) / (knots[2:] - knots[:-2])
-        third = 6.0 * np.diff(second) / (knots[3:] - knots[:-3])
+        second = np.diff(slopes) / np.maximum(knots[2:] - knots[:-2], LEAST_STEP)
+        third = 6.0 * np.diff(second) / np.maximum(knots[3:] - knots[:-3], LEAST_STEP)
         b[0], b[-1] = third[0] * h[0], third[-1] * h[-1]
     try:
         bends = np.linalg.solve(A, b)

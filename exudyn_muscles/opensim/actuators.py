@@ -8,7 +8,8 @@ from typing import Any
 from ..forces.actuators import Actuator, PointActuator, Reserve, TorqueActuator
 from ..path.frames import GROUND
 from .bodies import Bodies
-from .document import ON, Element
+from .document import TURNED
+from .element import ON, Element
 from .frames import Place
 
 COMMON = ("isDisabled", *ON, "min_control", "max_control", "optimal_force")
@@ -45,12 +46,19 @@ def _reserve(element: Element, bodies: Bodies, common: dict[str, Any]) -> Reserv
 def _point_actuator(
     element: Element, bodies: Bodies, common: dict[str, Any]
 ) -> PointActuator | None:
-    element.allow(*COMMON, "body", "point", "point_is_global", "direction", "force_is_global")
+    is_old = element.version < TURNED
+    # What it pushed against, which OpenSim no longer reads.
+    other = element.find("body_A")
+    against_ground = is_old and other is not None and other.text in ("", "ground")
+    element.allow(
+        *COMMON, "body", "point", "point_is_global", "direction", "force_is_global",
+        *(("body_A", "point_A") if against_ground else ()),
+    )  # fmt: skip
     place = _place(element, "body", bodies)
     point = element.vector("point", default=(0, 0, 0))
-    direction = element.vector("direction", default=(1, 0, 0))
+    direction = element.vector("direction", default=(1, 0, 0)) * (-1.0 if is_old else 1.0)
     point_is_global = element.flag("point_is_global")
-    force_is_global = element.flag("force_is_global")
+    force_is_global = element.flag("force_is_global", is_old)  # its default then
     if place.link == GROUND:
         return None
     if not point_is_global:
@@ -72,7 +80,8 @@ def _torque_actuator(
 ) -> TorqueActuator | None:
     element.allow(*COMMON, "bodyA", "bodyB", "torque_is_global", "axis")
     place, other = (_place(element, tag, bodies) for tag in ("bodyA", "bodyB"))
-    axis = element.vector("axis", default=(0, 0, 1))
+    is_old = element.version < TURNED
+    axis = element.vector("axis", default=(0, 0, 1)) * (-1.0 if is_old else 1.0)
     is_global = element.flag("torque_is_global", True)
     if not is_global:
         axis = place.pose[:3, :3] @ axis

@@ -18,14 +18,19 @@ import numpy as np
 from ..path.frames import GROUND
 from ..skeleton.coupling import DependentCoordinate, linear_function
 from ..skeleton.tree import PRISMATIC
+from .components import FRAMES, refuse_active
 from .couplers import Coupler, read_couplers
-from .document import Element
+from .element import Element
 from .frames import ZERO, Place, Z, aligned, moved, pose
 from .functions import Line, as_curve
 from .joints import Axis, Coordinate, joint_path, read_axes
 
 PARTS = ("WrapObjectSet", "components")
 GROUND_PATH = "/ground"
+# From this version of the format on an inertia is one property; before, what a file left out of it
+# was this [kg m^2].
+ONE_INERTIA = 30500
+OLD_INERTIA = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 
 
 class Inertia(NamedTuple):
@@ -79,6 +84,14 @@ class End(NamedTuple):
     before: np.ndarray
     child: str
     behind: np.ndarray
+    is_reversed: bool = False
+
+    @property
+    def reversed(self) -> End:
+        """The same joint seen from its child."""
+        return End(
+            self.joint, self.child, self.behind, self.parent, self.before, not self.is_reversed
+        )
 
 
 class Bodies:
@@ -112,6 +125,8 @@ class Bodies:
             if body.tag != "Body":
                 body.refuse()
             self._add_owner(_body_path(body.name), body)
+        for tag, path in (("components", ""), ("FrameSet", ""), ("ComponentSet", "/componentset")):
+            self._add_offsets(path, model.items(tag))
         joints = model.items("JointSet")
         for joint in joints:
             self._add_offsets(joint_path(joint), joint.items("frames"))
@@ -180,10 +195,10 @@ class Bodies:
         self._owners[path] = owner
         self._add_offsets(path, owner.items("components"))
 
-    def _add_offsets(self, path: str, frames: list[Element]) -> None:
+    def _add_offsets(self, path: str, components: list[Element]) -> None:
+        refuse_active(components)
+        frames = [each for each in components if each.tag in FRAMES]
         for frame in frames:
-            if frame.tag != "PhysicalOffsetFrame":
-                frame.refuse()
             frame.allow("socket_parent", "translation", "orientation", *PARTS)
             self._add_owner(f"{path}/{frame.name}", frame)
         for frame in frames:
@@ -198,26 +213,34 @@ class Bodies:
             before = pose(joint, "orientation_in_parent", "location_in_parent")
             behind = pose(joint, "orientation", "location")
             parent = self._path(joint.get("parent_body"), "/")
-            return End(joint, parent, before, _body_path(body.name), behind)
+            end = End(joint, parent, before, _body_path(body.name), behind)
+            if not joint.flag("reverse"):
+                return end
+            # Its frames are exchanged, and what OpenSim takes for the parent is the child now.
+            return End(joint, end.child, behind, end.parent, before)
         own = joint_path(joint)
         parent, before = self._on_body(self._path(joint.get("socket_parent_frame"), own))
         child, behind = self._on_body(self._path(joint.get("socket_child_frame"), own))
         return End(joint, parent, before, child, behind)
 
     def _join(self, ends: list[End]) -> None:
-        """Place the bodies, from ground outwards."""
-        waiting: dict[str, list[tuple[int, End]]] = {}
-        for numbered in enumerate(ends):
-            waiting.setdefault(numbered[1].parent, []).append(numbered)
+        """Place the bodies, from ground outwards; joints that point inwards are turned round."""
+        at: dict[str, list[tuple[int, End]]] = {}
+        for number, end in enumerate(ends):
+            at.setdefault(end.parent, []).append((number, end))
+            at.setdefault(end.child, []).append((number, end.reversed))
+        passed: set[int] = set()
         reached = [GROUND_PATH]
         while reached:
-            ready = sorted(chain.from_iterable(waiting.pop(body, ()) for body in reached))
-            for _, end in ready:
-                self._join_one(end)
-            reached = [end.child for _, end in ready]
-        if waiting:
-            _, end = min(chain.from_iterable(waiting.values()))
-            raise end.joint.error("no chain of joints leads from ground to its parent")
+            ends_here = chain.from_iterable(at.pop(body, ()) for body in reached)
+            ready = {number: end for number, end in ends_here if number not in passed}
+            for number in sorted(ready):
+                self._join_one(ready[number])
+            passed |= ready.keys()
+            reached = [ready[number].child for number in sorted(ready)]
+        for number, end in enumerate(ends):
+            if number not in passed:
+                raise end.joint.error("no chain of joints leads from ground to its parent")
 
     def _join_one(self, end: End) -> None:
         """Place the body behind a joint whose other body has been placed."""
@@ -225,6 +248,8 @@ class Bodies:
             raise end.joint.error("the body behind it has been reached by another joint")
         link, H = self.places[end.parent]
         coordinates, axes = read_axes(end.joint)
+        if end.is_reversed:
+            axes = [axis.backwards for axis in reversed(axes)]
         self.coordinates += coordinates
         first = len(self.links)
         link, H = self._move(link, H @ end.before, axes)
@@ -296,10 +321,10 @@ class Bodies:
         mass, center = body.number("mass"), body.vector("mass_center", default=ZERO)
         if mass < 0.0:
             raise body.get("mass").error(f"{mass:g} kg is negative")
-        if body.find("inertia") is not None:
-            I = body.vector("inertia", 6)
+        if body.version >= ONE_INERTIA or body.find("inertia") is not None:
+            I = body.vector("inertia", 6, np.zeros(6).tolist())
         else:
-            I = np.array([body.number(product) for product in products])
+            I = np.array([body.number(*given) for given in zip(products, OLD_INERTIA, strict=True)])
         R = place.pose[:3, :3]
         tensor = R @ I[[0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(3, 3) @ R.T
         link = self.links[place.link]

@@ -8,7 +8,8 @@ from pathlib import Path
 from ..forces.actuators import actuator_names
 from ..model import MusculoskeletalModel
 from ..recruitment.limits import ControlLimits, Course, Limits
-from .document import Element, read_document
+from .document import read_document
+from .element import Element
 
 # OpenSim's defaults of a ControlLinear.
 MINIMUM, MAXIMUM = 0.02, 1.0
@@ -17,6 +18,7 @@ MINIMUM, MAXIMUM = 0.02, 1.0
 WITHOUT_INFLUENCE = (
     "x_nodes", "is_model_control", "extrapolate", "filter_on", "kp", "kv",
 )  # fmt: skip
+
 READ = ("default_min", "default_max", "use_steps", "min_nodes", "max_nodes")
 
 
@@ -36,25 +38,29 @@ def read_controls(
     Raises
     ------
     ModelFileError
-        The file is damaged, names an actuator that there is not, or has limits that do not fit one.
+        The file is damaged, or has limits that do not fit an actuator.
     FileNotFoundError
+
+    Warns
+    -----
+    ModelFileWarning
+        Controls of actuators that there are not, or second ones, which are left out.
     """
     controls = read_document(file, "ControlSet")
     names = [*model.muscles.names, *actuator_names(model.reserves)]
     limits: dict[str, ControlLimits] = {}
-    lines: dict[str, int] = {}
     for element in controls.members():
         if element.tag != "ControlLinear":
             element.refuse()
         element.allow(*READ, *WITHOUT_INFLUENCE)
         name = element.name.removesuffix(".excitation")
-        if name in lines:
-            raise element.error(f"'{name}' has another control, in line {lines[name]}")
-        lines[name] = element.line
         if name not in names:
-            if name in idle:
-                continue
-            raise element.error(f"there is no actuator '{name}', only {', '.join(names)}")
+            if name not in idle:
+                element.warn("there is no such actuator, and the control is left out")
+            continue
+        if name in limits:
+            element.warn("this actuator has a control before, which alone counts")
+            continue
         with element.blamed():
             limits[name] = ControlLimits(
                 _course(element, "min", MINIMUM),

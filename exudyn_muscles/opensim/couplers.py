@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ..numerics.curves import Curve
-from .document import Element
+from .element import Element
 from .functions import Line, read_function
 
 

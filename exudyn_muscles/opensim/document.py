@@ -6,20 +6,13 @@ and size, depth and number of elements are limited.
 
 from __future__ import annotations
 
-import math
 import re
-from collections import Counter
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NoReturn
 from xml.parsers import expat
 
-import numpy as np
-
-from ..errors import ModelFileError, ParameterError, cut
+from ..errors import ModelFileError, cut
 from ..files.disk import read_file
+from .element import UNVERSIONED, Element
 
 # Far above what is in use: a model of 92 muscles has 1 MB in 10,000 elements, of which none lies
 # more than 14 deep, and its longest spline 600 characters. Controls of a long run have most.
@@ -27,18 +20,9 @@ LARGEST = 100e6  # bytes
 MOST_ELEMENTS = 1_000_000
 DEEPEST = 200  # elements within each other
 LONGEST_TEXT = 1_000_000  # characters of one property
-# In SI units nothing in a skeleton is that large, and its fifth power is a number still.
-LARGEST_NUMBER = 1e30
-OLDEST, NEWEST = 20000, 50000
-# What tells how things look, or arranges them, in every version.
-HARMLESS = frozenset(
-    ["Appearance", "FrameGeometry", "VisibleObject", "attached_geometry", "default_color", "groups"]
-)
-NOT_TOLD = ("", "OpenSimDocument", "Model", "objects")  # on the way to an element
-# Any of these may switch a force, constraint or controller off.
-ON = ("appliesForce", "isEnforced", "enabled")
-TRUTH = {"true": True, "false": False, "1": True, "0": False}
-# What objects of older versions are called now.
+# Of models, and of all other files, as OpenSim 4 reads them.
+OLDEST_MODEL, OLDEST, NEWEST = 10901, UNVERSIONED, 50000
+# What objects and properties of older versions are called now.
 RENAMED = {
     "ActuatorSet": "ForceSet",
     "GeneralizedForce": "CoordinateActuator",
@@ -55,185 +39,19 @@ RENAMED = {
     "rdCMC_Joint": "CMC_Joint",
     "rdCMC_Point": "CMC_Point",
     "rdCMC_TaskSet": "CMC_TaskSet",
+    "XAttachment": "x_location",
+    "YAttachment": "y_location",
+    "ZAttachment": "z_location",
+    "actuator_set_files": "force_set_files",
+    "replace_actuator_set": "replace_force_set",
 }
-# What stands for no file or column.
-NOT_GIVEN = ("", "Unassigned")
-
-
-@dataclass(eq=False, slots=True)
-class Element:
-    """An element of a model file.
-
-    Attributes
-    ----------
-    file : str
-    tag, name : str
-        The name is empty if it has none.
-    line : int
-        Where it begins, from 1.
-    parent : Element or None
-    children : list of Element
-    pieces : list of str
-        Its text as it was read.
-    """
-
-    file: str
-    tag: str
-    name: str
-    line: int
-    parent: Element | None
-    children: list[Element] = field(default_factory=list)
-    pieces: list[str] = field(default_factory=list)
-
-    def __str__(self) -> str:
-        named = self.name and not self.tag.endswith("Set")
-        return f"{cut(self.tag)} '{cut(self.name)}'" if named else cut(self.tag)
-
-    @property
-    def text(self) -> str:
-        """The text without blanks at both ends."""
-        return "".join(self.pieces).strip()
-
-    def error(self, text: str) -> ModelFileError:
-        """An error about this element, with its place in the file."""
-        path, element = [str(self)], self.parent
-        while element is not None:
-            if element.tag not in NOT_TOLD:
-                path.insert(0, str(element))
-            element = element.parent
-        return ModelFileError(f"{self.file}, line {self.line}: {' / '.join(path)}: {text}")
-
-    @contextmanager
-    def blamed(self) -> Iterator[None]:
-        """Parameters that are outside their ranges are this element's."""
-        try:
-            yield
-        except ParameterError as error:
-            raise self.error(str(error)) from None
-
-    def refuse(self) -> NoReturn:
-        """Raise ModelFileError: this cannot be represented."""
-        raise self.error("this cannot be represented")
-
-    def allow(self, *tags: str) -> None:
-        """Raise ModelFileError unless all children are known, or harmless."""
-        for child in self.children:
-            if child.tag not in tags and child.tag not in HARMLESS:
-                raise child.error("this is not known, and might change what the model does")
-
-    @property
-    def is_on(self) -> bool:
-        """Whether a force, constraint or controller does anything."""
-        return all(self.flag(name, True) for name in ON) and not self.flag("isDisabled")
-
-    @property
-    def version(self) -> int:
-        """Version of the file's format; the oldest where the file does not say it."""
-        element = self
-        while element.tag != "OpenSimDocument":
-            if element.parent is None:
-                return OLDEST
-            element = element.parent
-        return int(element.name)
-
-    def properties(self, *apart: str) -> list[Element]:
-        """The children without the properties `apart`, if each is the only one with its tag."""
-        found = [child for child in self.children if not {child.tag, child.name} & set(apart)]
-        for tag, count in Counter(child.tag for child in found).items():
-            if count > 1:
-                self.find(tag)
-        return found
-
-    def find(self, *tags: str) -> Element | None:
-        """The one child with one of these tags, if there is any."""
-        found = [child for child in self.children if child.tag in tags]
-        if len(found) > 1:
-            raise found[1].error(f"given before, in line {found[0].line}")
-        return found[0] if found else None
-
-    def get(self, *tags: str) -> Element:
-        """The one child with one of these tags."""
-        found = self.find(*tags)
-        if found is None:
-            raise self.error(f"there is no {' or '.join(tags)} in it")
-        return found
-
-    def items(self, tag: str) -> list[Element]:
-        """The members of the set `tag`, if there is one."""
-        found = self.find(tag)
-        return [] if found is None else found.members()
-
-    def members(self, *properties: str) -> list[Element]:
-        """The members of this set, which may have some properties beside them; defaults of what
-        members leave out are refused."""
-        defaults = self.find("defaults")
-        if defaults is not None and defaults.children:
-            defaults.refuse()
-        objects = self.find("objects")
-        if objects is not None:
-            # Old sets of forces may have a `datafile`.
-            empty = not self.word("datafile", default="")
-            self.allow("objects", "defaults", *properties, *(["datafile"] if empty else []))
-            return list(objects.children)
-        beside = ("groups", "defaults", *properties)
-        return [member for member in self.children if member.tag not in beside]
-
-    def object(self, tag: str) -> Element:
-        """The object that is the property `tag`: in an element of that tag, or of that name."""
-        named = [child for child in self.children if child.name == tag]
-        found = self.find(tag)
-        inside = named if found is None else found.children
-        if len(inside) != 1:
-            raise self.error(f"expected one object as its {tag}, found {len(inside)}")
-        return inside[0]
-
-    def word(self, *tags: str, default: str | None = None) -> str:
-        """A property's text, or the default if it is not there or empty."""
-        found = self.find(*tags) if default is not None else self.get(*tags)
-        if found is not None and found.text:
-            return found.text
-        if default is None:
-            raise self.get(*tags).error("it is empty")
-        return default
-
-    def flag(self, tag: str, default: bool = False) -> bool:
-        """Whether a property is true."""
-        if not self.word(tag, default=""):
-            return default
-        return self.get(tag).flags(1)[0]
-
-    def number(self, tag: str, default: float | None = None, *, infinite: bool = False) -> float:
-        """A property that is one number."""
-        if default is not None and not self.word(tag, default=""):
-            return default
-        return float(self.get(tag).numbers(1, infinite=infinite)[0])
-
-    def vector(self, tag: str, size: int = 3, default: Sequence[float] | None = None) -> np.ndarray:
-        """A property that is several numbers (size,)."""
-        if default is not None and not self.word(tag, default=""):
-            return np.array(default, dtype=float)
-        return self.get(tag).numbers(size)
-
-    def flags(self, size: int | None = None) -> list[bool]:
-        """The text as truth values (size,)."""
-        words = self.text.lower().split()
-        if size not in (None, len(words)) or not TRUTH.keys() >= set(words):
-            raise self.error(f"expected true or false, got '{cut(self.text)}'")
-        return [TRUTH[word] for word in words]
-
-    def numbers(self, size: int | None = None, *, infinite: bool = False) -> np.ndarray:
-        """The text as numbers (size,)."""
-        try:
-            values = np.array([float(word) for word in self.text.split()])
-        except ValueError:
-            values = np.array([math.nan])
-        if np.isnan(values).any():
-            raise self.error(f"expected numbers, got '{cut(self.text)}'")
-        if not infinite and (np.abs(values) > LARGEST_NUMBER).any():
-            raise self.error(f"expected numbers up to {LARGEST_NUMBER:g}, got '{cut(self.text)}'")
-        if size is not None and values.size != size:
-            raise self.error(f"expected {size} numbers, got {values.size}")
-        return values
+# Before this version of the format actuators pushed against their first body: OpenSim renames
+# their properties, and turns their directions round.
+TURNED = 10905
+RENAMED_WITHIN = {
+    "PointActuator": {"body_B": "body", "point_B": "point", "direction_A": "direction"},
+    "TorqueActuator": {"body_A": "bodyB", "body_B": "bodyA", "direction_A": "axis"},
+}
 
 
 def read_document(file: str | Path, *tags: str) -> Element:
@@ -244,7 +62,7 @@ def read_document(file: str | Path, *tags: str) -> Element:
     Raises
     ------
     ModelFileError
-        It is no such file, is damaged, or has a version other than 2 to 4.
+        It is no such file, is damaged, or has a version that OpenSim 4 does not read.
     FileNotFoundError
     """
     root = _parsed(str(file), read_file(file, LARGEST, ModelFileError))
@@ -255,8 +73,9 @@ def read_document(file: str | Path, *tags: str) -> Element:
         what = " or ".join(tags) or "model"
         raise document.error(f"this is not a {what} file of OpenSim 2 to 4")
     version = document.name
-    if not re.fullmatch("[0-9]{5}", version) or not OLDEST <= int(version) < NEWEST:
-        raise document.error(f"format version '{cut(version)}' is not one of OpenSim 2 to 4")
+    oldest = OLDEST if tags else OLDEST_MODEL
+    if not re.fullmatch("[0-9]{5}", version) or not oldest <= int(version) < NEWEST:
+        raise document.error(f"format version '{cut(version)}' is none that OpenSim 4 reads")
     return _with_defaults(document.get(*(tags or ("Model",))))
 
 
@@ -282,20 +101,25 @@ def _with_defaults(document: Element) -> Element:
 
 def _parsed(file: str, data: bytes) -> Element:
     """The file's elements below one without a tag."""
-    parser = expat.ParserCreate()
+    parser = expat.ParserCreate(_encoding(data))
     parser.buffer_text = True
-    root = Element(file, "", "", 0, None)
+    root = Element(file, "", "", 0, None, told=set())
     open_elements = [root]
-    elements = 0
+    elements, turned = 0, False
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal elements
+        nonlocal elements, turned
+        if elements == 0:
+            said = attributes.get("Version", "") if tag == "OpenSimDocument" else str(UNVERSIONED)
+            turned = said.isdecimal() and int(said[:6]) < TURNED
         elements += 1
         if elements > MOST_ELEMENTS:
             raise open_elements[-1].error(f"more than {MOST_ELEMENTS} elements in one file")
         if len(open_elements) > DEEPEST:
             raise open_elements[-1].error(f"more than {DEEPEST} elements within each other")
         tag = RENAMED.get(tag, tag)
+        if turned:
+            tag = RENAMED_WITHIN.get(open_elements[-1].tag, {}).get(tag, tag)
         name = attributes.get("Version" if tag == "OpenSimDocument" else "name", "")
         parent = open_elements[-1]
         element = Element(file, tag, name, parser.CurrentLineNumber, parent)
@@ -328,3 +152,13 @@ def _parsed(file: str, data: bytes) -> Element:
     except (LookupError, ValueError) as error:  # of Python's codecs
         raise ModelFileError(f"{file}: its encoding cannot be read: {error}") from None
     return root
+
+
+def _encoding(data: bytes) -> str | None:
+    """The encoding of a file that says UTF-8 and has single bytes in its texts; else its own."""
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        said = re.match(rb"\s*<\?xml[^>]*encoding=[\"']utf-?8", data, re.IGNORECASE)
+        return "iso-8859-1" if said else None
+    return None

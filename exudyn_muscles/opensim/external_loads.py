@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,12 @@ import numpy as np
 from ..errors import ParameterError, StorageError
 from ..files.storage import Storage, read_storage
 from ..forces.external import ExternalForce
+from ..numerics.splines import told_apart
 from ..path.frames import GROUND
 from .bodies import Bodies
-from .document import NOT_GIVEN, ON, Element, read_document
+from .components import named_apart
+from .document import read_document
+from .element import NOT_GIVEN, ON, Element
 from .frames import Place
 
 # Once the kinematics by which points in ground were transformed to the body. OpenSim 4 ignores
@@ -42,26 +46,28 @@ def read_external_loads(file: str | Path, bodies: Bodies) -> list[ExternalForce]
     forces = [force for force in loads.get("objects").children if force.is_on]
     if not forces:
         return []
-    lines: dict[str, int] = {}
-    for force in forces:
-        if force.name in lines:
-            raise force.error(f"there is another one, in line {lines[force.name]}")
-        lines[force.name] = force.line
     data_file = Path(file).parent / loads.word("datafile").replace("\\", "/")
     if not os.path.isfile(data_file):
         raise loads.get("datafile").error(f"there is no file {data_file}")
     data = read_storage(data_file)
-    return [_read_force(force, bodies, data, data_file) for force in forces]
+    kept = told_apart(data.time)
+    data = replace(data, time=data.time[kept], values=data.values[kept])
+    read = (_read_force(force, bodies, data, data_file) for force in named_apart(forces))
+    return [force for force in read if force is not None]
 
 
-def _read_force(element: Element, bodies: Bodies, data: Storage, data_file: Path) -> ExternalForce:
+def _read_force(
+    element: Element, bodies: Bodies, data: Storage, data_file: Path
+) -> ExternalForce | None:
+    """A force of a file, None if it acts on ground."""
     if element.tag != "ExternalForce":
         element.refuse()
     element.allow(*FRAMES, *IDENTIFIERS, "data_source_name", "isDisabled", *ON)
     element.word("applied_to_body")
     on, force_in, point_in = (_place(element, tag, bodies) for tag in FRAMES)
     if on.link == GROUND:
-        raise element.get("applied_to_body").error("ground does not move")
+        element.get("applied_to_body").warn("ground does not move, and the force is left out")
+        return None
     force, point, torque = (_vector(element, tag, data, data_file) for tag in IDENTIFIERS)
     if force is not None and point is None:  # at the body's origin
         point, point_in = np.zeros_like(force), on

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from .document import Element
+from .element import Element
 from .joints import Axis
 
 ZERO = (0.0, 0.0, 0.0)

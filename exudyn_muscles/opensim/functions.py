@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..numerics.curves import Curve
-from ..numerics.splines import simm_spline
+from ..numerics.splines import piecewise_line, simm_spline
 from ..skeleton.coupling import linear_function
-from .document import Element
+from .element import Element
 
 # A polynomial goes on along its tangent beyond these.
 POLYNOMIAL_BREAKS = (-10.0, -3.0, -1.0, 0.0, 1.0, 3.0, 10.0)
@@ -42,11 +42,12 @@ def read_function(element: Element, factor: float = 1.0) -> Line | Curve:
         function = element.object("function")
         element.allow("scale", "function", function.tag)
         return read_function(function, factor * element.number("scale", 1.0))
-    if element.tag == "SimmSpline":
+    if element.tag in ("SimmSpline", "PiecewiseLinearFunction"):
         element.allow("x", "y")
         x, y = element.get("x").numbers(), element.get("y").numbers()
+        through = simm_spline if element.tag == "SimmSpline" else piecewise_line
         with element.blamed():
-            return simm_spline(x.tolist(), (factor * y).tolist())
+            return through(x.tolist(), (factor * y).tolist())
     element.refuse()
 
 

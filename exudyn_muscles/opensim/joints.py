@@ -12,7 +12,7 @@ import numpy as np
 
 from ..motion.coordinate import Coordinate
 from ..numerics.curves import Curve
-from .document import Element
+from .element import TWICE, UNKNOWN, Element
 from .functions import Line, as_curve, read_function
 
 X, Y, Z = np.eye(3)
@@ -42,6 +42,15 @@ class Axis(NamedTuple):
         return float(as_curve(self.function)(at))
 
     @property
+    def backwards(self) -> Axis:
+        """The same axis from behind."""
+        given = self.function
+        if isinstance(given, Line):
+            return self._replace(function=Line(-given.slope, -given.value))
+        opposite = Curve(lambda q: -given(q), np.unique(given.pieces[1:, 0]).tolist())
+        return self._replace(function=opposite)
+
+    @property
     def is_own(self) -> bool:
         """Whether it moves by its coordinate itself, to either side."""
         moves = isinstance(self.function, Line) and abs(self.function.slope) == 1.0
@@ -67,6 +76,8 @@ OLD_FRAMES = (
     "reverse",
 )  # fmt: skip
 COORDINATES = ("coordinates", "CoordinateSet")
+# Of a custom joint: translations come before rotations.
+AXES = [f"{kind}{k}" for kind in ("translation", "rotation") for k in (1, 2, 3)]
 
 
 def read_axes(joint: Element) -> tuple[list[Coordinate], list[Axis]]:
@@ -75,8 +86,6 @@ def read_axes(joint: Element) -> tuple[list[Coordinate], list[Axis]]:
     if not custom and joint.tag not in CLASSES:
         joint.refuse()
     joint.allow(*FRAMES, *OLD_FRAMES, *COORDINATES, *(["SpatialTransform"] if custom else []))
-    if joint.flag("reverse"):
-        joint.get("reverse").refuse()
     members = [*joint.items("coordinates"), *joint.items("CoordinateSet")]
     coordinates = [_coordinate(member) for member in members]
     if custom:
@@ -107,8 +116,6 @@ def _coordinate(element: Element) -> Coordinate:
         "motion_type", "default_value", "default_speed_value", "initial_value", "range", "clamped",
         "locked", "prescribed_function", "prescribed", "is_free_to_satisfy_constraints",
     )  # fmt: skip
-    if element.flag("prescribed"):
-        element.get("prescribed").refuse()
     low, high = element.vector("range", 2, (-10.0, 10.0))
     return Coordinate(
         element.name,
@@ -117,25 +124,45 @@ def _coordinate(element: Element) -> Coordinate:
         (float(low), float(high)),
         element.flag("clamped"),
         element.flag("locked"),
+        prescribed=_prescribed(element),
     )
+
+
+def _prescribed(element: Element) -> Curve | None:
+    """What a coordinate is moved by over time.
+
+    Warns
+    -----
+    ModelFileWarning
+        It is one that is.
+    """
+    given = element.flag("prescribed") and not element.flag("locked")
+    if not given or not element.objects("prescribed_function"):
+        return None
+    element.get("prescribed").warn(
+        "OpenSim moves this coordinate by its function; here an ideal actuator that costs next to "
+        "nothing moves it, along a motion that takes the function's values"
+    )
+    return as_curve(read_function(element.object("prescribed_function")))
 
 
 def _custom_axes(joint: Element, coordinates: list[Coordinate]) -> list[Axis]:
     transform = joint.get("SpatialTransform")
     transform.allow("TransformAxis")
-    order = [f"{kind}{k}" for kind in ("rotation", "translation") for k in (1, 2, 3)]
-    given = sorted(transform.children, key=lambda item: item.name)
-    names = [item.name for item in given]
-    if names != order:
-        raise transform.error(f"expected the axes {', '.join(order)}, found {', '.join(names)}")
-    # Translations come before rotations.
-    return [_custom_axis(item, coordinates) for item in (*given[3:], *given[:3])]
+    given: dict[str, Element] = {}
+    for item in transform.children:
+        if item.name not in AXES:
+            item.warn(UNKNOWN)
+        elif given.setdefault(item.name, item) is not item:
+            item.warn(TWICE)
+    # Those that are left out do not move.
+    return [_custom_axis(given[name], coordinates) for name in AXES if name in given]
 
 
 def _custom_axis(element: Element, coordinates: list[Coordinate]) -> Axis:
-    function = element.object("function")
-    element.allow("coordinates", "axis", "function", function.tag)
-    direction = element.vector("axis")
+    function = element.object("function") if element.objects("function") else None
+    element.allow("coordinates", "axis", "function", *([] if function is None else [function.tag]))
+    direction = element.vector("axis", default=(1.0, 0.0, 0.0))
     length = np.linalg.norm(direction)
     if not length > 0.0:
         raise element.get("axis").error("its length is zero")
@@ -145,7 +172,11 @@ def _custom_axis(element: Element, coordinates: list[Coordinate]) -> Axis:
     found = [coordinate for coordinate in coordinates if coordinate.name in names]
     if len(found) != len(names):
         raise element.get("coordinates").error(f"the joint has no coordinate '{names[0]}'")
-    given = read_function(function)
+    if function is None:  # OpenSim completes an empty function, one that is not there is zero
+        is_there = element.find("function") is not None
+        given: Line | Curve = Line(1.0 if names and is_there else 0.0, 0.0)
+    else:
+        given = read_function(function)
     if not names and not (isinstance(given, Line) and given.slope == 0.0):
         raise element.error("a function without a coordinate")
     rotates = element.name.startswith("rotation")

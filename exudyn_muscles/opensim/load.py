@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
@@ -11,6 +11,7 @@ import exudyn as exu
 import numpy as np
 from exudyn.utilities import RigidBodyInertia, TreeLink
 
+from ..forces.actuators import Reserve
 from ..forces.external import ExternalForce
 from ..model import MusculoskeletalModel
 from ..skeleton.coupling import DependentCoordinate
@@ -20,6 +21,7 @@ from ..skeleton.passive import PassiveForce, add_passive_forces
 from ..skeleton.reading import JOINTS
 from .actuators import ACTUATORS, read_actuator
 from .bodies import Bodies, Link
+from .components import named_apart, warn_of_controllers
 from .document import read_document
 from .external_loads import read_external_loads
 from .joints import Coordinate
@@ -29,12 +31,20 @@ from .passive_forces import PASSIVE, read_passive_force
 
 TYPES = {number: joint for joint, number in JOINTS.items()}
 # What a model may hold, what of it does not matter, and what has to be empty or switched off.
-READ = ("Ground", "gravity", "BodySet", "JointSet", "ConstraintSet", "ForceSet")
+READ = (
+    "Ground", "gravity", "BodySet", "JointSet", "ConstraintSet", "ForceSet", "ControllerSet",
+    "ComponentSet", "components", "FrameSet",
+)  # fmt: skip
 HARMLESS = (
     "credits", "publications", "length_units", "force_units", "assembly_accuracy", "MarkerSet",
-    "ContactGeometrySet", "ProbeSet", "ModelVisualPreferences", "notes",
+    "ContactGeometrySet", "ProbeSet", "ModelVisualPreferences", "notes", "ground",
+    "coordinatesInMultibodyTreeOrder",
 )  # fmt: skip
-REFUSED = ("ControllerSet", "ComponentSet", "components")
+
+
+# Optimal force [N or N m] of what moves a coordinate without a task, or a prescribed one: a body's
+# weight costs 5e-5 of what a muscle at its full force does.
+FREELY = 1e5
 
 
 class Content(NamedTuple):
@@ -52,7 +62,7 @@ def load_model(
     force_sets: Sequence[str | Path] = (),
     external_loads: str | Path | None = None,
 ) -> MusculoskeletalModel:
-    """The musculoskeletal model of an `.osim` file of OpenSim 2 to 4, on a new Exudyn system.
+    """The musculoskeletal model of an `.osim` file, on a new Exudyn system.
 
     Bodies behind a weld join its parent's link, a joint with several coordinates becomes as many
     links. Axes that are functions of a coordinate, and coordinates coupled to others, become
@@ -60,7 +70,7 @@ def load_model(
     coordinate but keeps its default value. The file's default pose is the system's initial state,
     in which dependent coordinates are where they belong. Coordinate, point and torque actuators
     become ideal ones; those on what cannot move, a locked coordinate or ground, do nothing in
-    OpenSim and are left out.
+    OpenSim and are left out. There may be no muscle. What OpenSim does not know is ignored.
 
     Parameters
     ----------
@@ -80,6 +90,12 @@ def load_model(
     StorageError
         The external loads' data file is damaged.
     FileNotFoundError
+
+    Warns
+    -----
+    ModelFileWarning
+        Something is left out, or taken for something else than it says, of which the file's author
+        may have expected more.
     """
     return read_model(file, force_sets, external_loads).model
 
@@ -88,21 +104,33 @@ def read_model(
     file: str | Path,
     force_sets: Sequence[str | Path] = (),
     external_loads: str | Path | None = None,
+    *,
+    tracked: Collection[str] | None = None,
+    only_sets: bool = False,
+    excluded: Collection[str] = (),
 ) -> Content:
-    """What `load_model` loads, with what it leaves out; it raises the same errors."""
+    """What `load_model` loads, with what it leaves out; it raises the same errors.
+
+    Parameters
+    ----------
+    tracked : collection of str, optional
+        The coordinates that have tasks: others get an ideal actuator that costs next to nothing.
+    only_sets : bool
+        The model's own forces are left out.
+    excluded : collection of str
+        Names of ideal actuators that are left out.
+    """
     model = read_document(file)
-    model.allow(*READ, *HARMLESS, *REFUSED)
+    model.allow(*READ, *HARMLESS)
     bodies = Bodies(model)
     if not bodies.links:
         raise model.error("it has no coordinates")
-    for tag in REFUSED:
-        for item in model.items(tag):
-            if item.is_on:
-                item.refuse()
+    warn_of_controllers(model)
     muscles, reserves, passive, idle = [], [], [], set()
     surfaces = {each.name: each for each in model.items("ContactGeometrySet")}
     more = [read_document(each, "ForceSet").members() for each in force_sets]
-    for force in chain(model.items("ForceSet"), *more):
+    own = [] if only_sets else model.items("ForceSet")
+    for force in named_apart([*own, *chain.from_iterable(more)]):
         if not force.is_on:
             idle.add(force.name)
         elif force.tag in CLASSES:
@@ -113,7 +141,7 @@ def read_model(
             passive += read_passive_force(force, bodies, surfaces)
         elif force.tag in ACTUATORS:
             actuator = read_actuator(force, bodies)
-            if actuator is None:
+            if actuator is None or force.name in excluded:
                 idle.add(force.name)
             else:
                 reserves.append(actuator)
@@ -122,6 +150,11 @@ def read_model(
     gravity = model.vector("gravity", default=(0.0, -9.80665, 0.0))
     forces = [] if external_loads is None else read_external_loads(external_loads, bodies)
     names = [link.name for link in bodies.links]
+    reserves += [
+        Reserve(link.name, FREELY, name=f"{link.name}_held")
+        for link in bodies.links
+        if link.follows is None and _is_held(link, tracked)
+    ]
     dependent = [link.follows for link in bodies.links if link.follows is not None]
     with model.blamed():
         mbs, tree = _build(bodies.links, dependent, gravity, forces, passive)
@@ -145,6 +178,12 @@ def read_coordinates(file: str | Path) -> tuple[Coordinate, ...]:
         As `load_model`.
     """
     return tuple(Bodies(read_document(file)).coordinates)
+
+
+def _is_held(link: Link, tracked: Collection[str] | None) -> bool:
+    """Whether an ideal actuator moves an independent coordinate, whatever it takes."""
+    untracked = tracked is not None and link.name not in tracked
+    return untracked or link.coordinate.prescribed is not None
 
 
 def _start(

@@ -10,21 +10,13 @@ from ..checks import number_within
 from ..muscle.activation import ActivationDynamics
 from ..muscle.laws.de_groote_fregly_2016 import DeGrooteFregly2016
 from ..muscle.laws.law import MuscleLaw
-from ..muscle.laws.millard_2012 import (
-    PASSIVE_CURVINESS,
-    PASSIVE_LOW_STIFFNESS,
-    PASSIVE_STIFFNESS,
-    TENDON_CURVINESS,
-    TENDON_TOE,
-    VELOCITY_CURVINESS,
-    Millard2012,
-)
+from ..muscle.laws.millard_2012 import Millard2012
 from ..muscle.laws.schutte_1993 import Schutte1993
 from ..muscle.laws.thelen_2003 import Thelen2003
 from ..muscle.laws.thelen_2003_deprecated import Thelen2003Deprecated
-from ..muscle.parameters import RANGES, Muscle
+from ..muscle.parameters import LEAST_ACTIVATION, Muscle
 from .bodies import Bodies
-from .document import Element
+from .element import HARMLESS, ON, UNKNOWN, Element
 from .paths import path_tags, read_path
 
 
@@ -39,8 +31,8 @@ class Class(NamedTuple):
         Of what is not our default.
     names : mapping
         Of properties that have another name here.
-    fixed : mapping
-        Values of properties that have no other value here.
+    numbers : tuple of str
+        Properties beside those of every class that are called as here.
     ignored : tuple of str
         Properties that OpenSim does not use.
     splines : mapping
@@ -53,7 +45,7 @@ class Class(NamedTuple):
     activation: ActivationDynamics
     defaults: Mapping[str, float]
     names: Mapping[str, str] = {}
-    fixed: Mapping[str, float] = {}
+    numbers: tuple[str, ...] = ()
     ignored: tuple[str, ...] = ()
     splines: Mapping[str, str] = {}
     convert: Callable[[dict[str, Any]], None] | None = None
@@ -63,6 +55,16 @@ def _thelen_deprecated(given: dict[str, Any]) -> None:
     fastest, at_rest = given.pop("Vmax"), given.pop("Vmax0")
     given["max_contraction_velocity"] = number_within("Vmax", fastest, 0.1, 100.0)
     given["speed_without_activation"] = at_rest / fastest
+
+
+def _millard(given: dict[str, Any]) -> None:
+    """The tendon's stiffness is over its strain."""
+    stiffness = given.pop("tendon_stiffness_at_one_norm_force", None)
+    if stiffness is not None:
+        strain = given.get(
+            "tendon_strain_at_one_norm_force", Millard2012.tendon_strain_at_one_norm_force
+        )
+        given["tendon_stiffness"] = stiffness * strain
 
 
 def _schutte(given: dict[str, Any]) -> None:
@@ -82,12 +84,14 @@ THELEN = {
     "Af": "af",
     "Flen": "flen",
 }
+TIMES = ("activation_time_constant", "deactivation_time_constant")
 CLASSES = {
     "Thelen2003Muscle": Class(
         Thelen2003,
         ActivationDynamics.FIRST_ORDER,
         {"activation_time_constant": 0.015, "deactivation_time_constant": 0.050},
         {**THELEN, "FmaxTendonStrain": "tendon_strain_at_one_norm_force"},
+        (*TIMES, "minimum_activation", "maximum_pennation_angle", "fv_linear_extrap_threshold"),
     ),
     "Millard2012EquilibriumMuscle": Class(
         Millard2012,
@@ -96,21 +100,56 @@ CLASSES = {
         {
             "FiberForceLengthCurve/strain_at_zero_force": "fiber_strain_at_zero_force",
             "FiberForceLengthCurve/strain_at_one_norm_force": "fiber_strain_at_one_norm_force",
+            "FiberForceLengthCurve/stiffness_at_low_force": "fiber_stiffness_at_low_force",
+            "FiberForceLengthCurve/stiffness_at_one_norm_force": (
+                "fiber_stiffness_at_one_norm_force"
+            ),
+            "FiberForceLengthCurve/curviness": "fiber_curviness",
             "TendonForceLengthCurve/strain_at_one_norm_force": "tendon_strain_at_one_norm_force",
+            "TendonForceLengthCurve/stiffness_at_one_norm_force": (
+                "tendon_stiffness_at_one_norm_force"
+            ),
+            "TendonForceLengthCurve/norm_force_at_toe_end": "norm_force_at_toe_end",
+            "TendonForceLengthCurve/curviness": "tendon_curviness",
+            **{
+                f"ActiveForceLengthCurve/{name}": name
+                for name in (
+                    "min_norm_active_fiber_length",
+                    "transition_norm_fiber_length",
+                    "max_norm_active_fiber_length",
+                    "shallow_ascending_slope",
+                    "minimum_value",
+                )
+            },
+            **{
+                f"ForceVelocityCurve/{name}": name
+                for name in (
+                    "concentric_slope_at_vmax",
+                    "concentric_slope_near_vmax",
+                    "isometric_slope",
+                    "eccentric_slope_at_vmax",
+                    "eccentric_slope_near_vmax",
+                    "max_eccentric_velocity_force_multiplier",
+                    "concentric_curviness",
+                    "eccentric_curviness",
+                )
+            },
         },
-        {
-            "ForceVelocityCurve/concentric_curviness": VELOCITY_CURVINESS[0],
-            "ForceVelocityCurve/eccentric_curviness": VELOCITY_CURVINESS[-1],
-            "FiberForceLengthCurve/stiffness_at_low_force": PASSIVE_LOW_STIFFNESS,
-            "FiberForceLengthCurve/curviness": PASSIVE_CURVINESS,
-            "TendonForceLengthCurve/norm_force_at_toe_end": TENDON_TOE,
-            "TendonForceLengthCurve/curviness": TENDON_CURVINESS,
-        },
+        (*TIMES, "minimum_activation", "maximum_pennation_angle", "fiber_damping"),
+        convert=_millard,
     ),
     "DeGrooteFregly2016Muscle": Class(
         DeGrooteFregly2016,
         ActivationDynamics.SMOOTH,
         {"activation_time_constant": 0.015, "deactivation_time_constant": 0.060},
+        numbers=(
+            *TIMES,
+            "activation_dynamics_smoothing",
+            "tendon_strain_at_one_norm_force",
+            "active_force_width_scale",
+            "fiber_damping",
+            "passive_fiber_strain_at_one_norm_force",
+        ),
     ),
     "Thelen2003Muscle_Deprecated": Class(
         Thelen2003Deprecated,
@@ -122,6 +161,7 @@ CLASSES = {
             "Vmax0": 5.0,
         },
         {**THELEN, "FmaxTendonStrain": "fmax_tendon_strain", "damping": "fiber_damping"},
+        (*TIMES, "Vmax", "Vmax0"),
         ignored=("max_contraction_velocity",),
         convert=_thelen_deprecated,
     ),
@@ -130,6 +170,7 @@ CLASSES = {
         ActivationDynamics.BILINEAR,
         {"time_scale": 0.1, "activation1": 7.667, "activation2": 1.459854},
         {"damping": "fiber_damping"},
+        ("time_scale", "activation1", "activation2"),
         ignored=("max_contraction_velocity", "force_velocity_curve"),
         splines={
             f"{name}_curve": name
@@ -145,10 +186,6 @@ DELP = "a mass moves between its fibre and its tendon, which no muscle has here"
 REFUSED = {"Delp1990Muscle": DELP, "Delp1990Muscle_Deprecated": DELP}
 # What every muscle has in OpenSim if its file does not say it.
 UNIT = {"max_isometric_force": 1000.0, "optimal_fiber_length": 0.1, "tendon_slack_length": 0.2}
-CURVES = (
-    "ActiveForceLengthCurve", "ForceVelocityCurve", "FiberForceLengthCurve",
-    "TendonForceLengthCurve",
-)  # fmt: skip
 # These only say where a simulation starts and how OpenSim computes it, or nothing: they are left
 # over from older classes, and OpenSim 4 does not read them.
 WITHOUT_INFLUENCE = (
@@ -160,54 +197,65 @@ WITHOUT_INFLUENCE = (
 )  # fmt: skip
 # Up to this version of the format the pennation angle has another name.
 OLDER = 20301
-FLAGS = ("ignore_activation_dynamics", "ignore_passive_fiber_force")  # refused if true
 # Read apart from the numbers.
+FLAGS = ("ignore_activation_dynamics", "ignore_passive_fiber_force", "ignore_tendon_compliance")
 CONTROLS = ("min_control", "max_control")
-OTHER = ("appliesForce", "isDisabled", "ignore_tendon_compliance", *CONTROLS)
-STIFFNESS = "stiffness_at_one_norm_force"  # of the passive curve, follows from its strains
-PASSIVE_STRAINS = ("fiber_strain_at_zero_force", "fiber_strain_at_one_norm_force")
-NUMBERS = {*RANGES, "tendon_strain_at_one_norm_force"}
+OTHER = (*ON, "isDisabled", *FLAGS, *CONTROLS)
+# Of every class, as they are called here.
+NUMBERS = (
+    "max_isometric_force", "optimal_fiber_length", "tendon_slack_length",
+    "pennation_angle_at_optimal", "max_contraction_velocity",
+)  # fmt: skip
+# OpenSim's minimum activation, and the least control of muscles that have one. It refuses a lower
+# one where the activation is divided by.
+USUAL_ACTIVATION = 0.01
+# Before this version of the format a least control of 0 meant the usual one.
+OWN_CONTROL = 30513
+AT_ONCE = 1e-4  # s, shorter than any step
 
 
 def read_muscle(element: Element, bodies: Bodies) -> Muscle:
     """A muscle of a file."""
     kind = CLASSES[element.tag]
     given: dict[str, Any] = {**UNIT, **kind.defaults}
-    apart = (*path_tags(element), *FLAGS, *OTHER)
+    apart = (*path_tags(element), *OTHER, *HARMLESS)
     for child in element.properties(*kind.splines, *kind.ignored):
-        if child.tag in CURVES:
+        if any(path.startswith(f"{child.tag}/") for path in kind.names):  # a curve
             for inner in child.properties():
-                if inner.tag != STIFFNESS:
-                    _add_number(kind, inner, given, f"{child.tag}/")
+                _add_number(kind, inner, given, f"{child.tag}/")
         elif child.tag not in apart:
             _add_number(kind, child, given)
     for name, ours in kind.splines.items():
         if any(name in (child.tag, child.name) for child in element.children):
             given[ours] = _points(element.object(name))
-    for flag in FLAGS:
-        if element.flag(flag):
-            element.get(flag).refuse()
-    _check_stiffness(element, given)
-    own = _own(kind)
+    if element.flag("ignore_passive_fiber_force"):
+        element.get("ignore_passive_fiber_force").refuse()
+    own = {field.name for field in dataclasses.fields(kind.law)}  # type: ignore[arg-type]
+    activation = kind.activation
+    if element.flag("ignore_activation_dynamics"):
+        element.get("ignore_activation_dynamics").warn(
+            f"activations follow excitations within {1e3 * AT_ONCE:g} ms"
+        )
+        activation = ActivationDynamics.LINEAR_FILTER
+        given |= dict.fromkeys(TIMES, AT_ONCE)
     with element.blamed():
         if kind.convert is not None:
             kind.convert(given)
+        law = kind.law(**{name: value for name, value in given.items() if name in own})
         unit = {name: value for name, value in given.items() if name not in own}
-        unit |= _controls(element)
+        has_none = unit.get("minimum_activation", USUAL_ACTIVATION) < LEAST_ACTIVATION
+        unit |= _controls(element, USUAL_ACTIVATION if has_none else 0.0)
+        if has_none:
+            _keep_activation(element, law, unit)
         muscle = Muscle(
             element.name,
             **unit,
             ignore_tendon_compliance=element.flag("ignore_tendon_compliance"),
-            activation_dynamics=kind.activation,
-            law=kind.law(**{name: value for name, value in given.items() if name in own}),
+            activation_dynamics=activation,
+            law=law,
         )
     points, wraps = read_path(element, bodies)
     return dataclasses.replace(muscle, path=points, wraps=wraps)
-
-
-def _own(kind: Class) -> set[str]:
-    """Names of what belongs to a muscle's law."""
-    return {field.name for field in dataclasses.fields(kind.law)}  # type: ignore[arg-type]
 
 
 def _add_number(kind: Class, element: Element, given: dict[str, Any], where: str = "") -> None:
@@ -215,38 +263,34 @@ def _add_number(kind: Class, element: Element, given: dict[str, Any], where: str
     if not element.text and not element.children:
         return  # optional
     path = where + element.tag
-    name = kind.names.get(path, element.tag)
+    name = kind.names.get(path, "" if where else element.tag)
     if name == "pennation_angle" and element.version <= OLDER:
         name = "pennation_angle_at_optimal"
-    if path in kind.fixed:
-        if abs(element.numbers(1)[0] - kind.fixed[path]) > 1e-6:
-            raise element.error(f"{element.text}: only {kind.fixed[path]:g} can be represented")
-    elif name in NUMBERS | _own(kind) | kind.defaults.keys():
+    if path in kind.names or name in (*NUMBERS, *kind.numbers):
         given[name] = float(element.numbers(1)[0])
     elif path not in WITHOUT_INFLUENCE:
-        raise element.error("this is not known, and might change what the muscle does")
+        element.warn(UNKNOWN)
 
 
-def _check_stiffness(element: Element, given: dict[str, Any]) -> None:
-    """Raise ModelFileError unless a passive curve is as stiff at F0 as it is by default."""
-    curve = element.find("FiberForceLengthCurve")
-    found = curve.find(STIFFNESS) if curve is not None else None
-    if found is None or not found.text:
-        return
-    with element.blamed():
-        law = Millard2012(**{key: given[key] for key in PASSIVE_STRAINS if key in given})
-    strain = law.fiber_strain_at_one_norm_force - law.fiber_strain_at_zero_force
-    usual = PASSIVE_STIFFNESS / strain
-    if abs(found.numbers(1)[0] - usual) > 1e-6 * usual:
-        raise found.error(f"{found.text}: only {usual:g} can be represented")
+def _keep_activation(element: Element, law: MuscleLaw, unit: dict[str, Any]) -> None:
+    """Raise a minimum activation that the fibre has to divide by."""
+    if not law.bears_no_activation:
+        element.get("minimum_activation").warn(
+            f"OpenSim refuses less than {USUAL_ACTIVATION:g} for such a fibre, which divides by "
+            "the activation; so much is taken here"
+        )
+        unit["minimum_activation"] = USUAL_ACTIVATION
 
 
-def _controls(element: Element) -> dict[str, float]:
+def _controls(element: Element, lowest: float) -> dict[str, float]:
     """Limits of the excitation, which OpenSim's muscles take as 0 or 1 beyond these."""
-    return {
-        name: min(max(element.number(name, usual, infinite=True), 0.0), 1.0)
-        for name, usual in zip(CONTROLS, (0.0, 1.0), strict=True)
-    }
+    low, high = (
+        min(max(element.number(name, usual, infinite=True), 0.0), 1.0)
+        for name, usual in zip(CONTROLS, (lowest, 1.0), strict=True)
+    )
+    if low == 0.0 and element.version < OWN_CONTROL:
+        low = lowest
+    return {"min_control": low, "max_control": high}
 
 
 def _points(element: Element) -> tuple[list[float], list[float]]:

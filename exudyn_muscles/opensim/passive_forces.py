@@ -26,7 +26,7 @@ from ..numerics.splines import simm_spline
 from ..path.points import PathPoint
 from ..skeleton.passive import PassiveForce
 from .bodies import Bodies
-from .document import ON, Element
+from .element import ON, Element
 from .frames import Place, pose
 from .functions import as_curve, read_function
 from .paths import path_tags, read_path

@@ -14,7 +14,7 @@ from ..path.functions import FunctionPath
 from ..path.points import BEYOND_RANGE, ConditionalPathPoint, MovingPathPoint, PathPoint
 from ..path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapSurface
 from .bodies import Bodies
-from .document import Element
+from .element import Element
 from .frames import Place, pose
 from .function_paths import read_function_path
 from .functions import Line, as_curve, read_function
@@ -75,8 +75,9 @@ def _point(element: Element, bodies: Bodies) -> PathPoint | MovingPathPoint | No
     if element.tag == "PathPoint":
         element.allow(*frame, "location")
         return PathPoint(position, place.link)
-    element.allow(*frame, "location", "range", "socket_coordinate", "coordinate")
-    coordinate = _coordinate(element, "socket_coordinate", "coordinate")
+    sockets = ("socket_coordinate", "coordinate", "coordinates")  # the last before version 2.1
+    element.allow(*frame, "location", "range", *sockets)
+    coordinate = _coordinate(element, *sockets)
     low, high = element.vector("range", 2)
     if coordinate in bodies.locked:
         inside = low - BEYOND_RANGE <= bodies.locked[coordinate] <= high + BEYOND_RANGE

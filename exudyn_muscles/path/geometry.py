@@ -59,7 +59,7 @@ def space_for(paths: Paths) -> tuple[np.ndarray, np.ndarray]:
     points = np.diff(paths.starts) + 2 * surfaces
     pulls = 2 * points  # more than one at each end of a segment
     pulls[paths.bent] *= 4  # and where a point moves, three more
-    sizes = points.max(), surfaces.max(), pulls.sum() + len(paths.factors)
+    sizes = points.max(initial=0), surfaces.max(initial=0), pulls.sum() + len(paths.factors)
     room = numbers_of_room(sizes[POINTS], sizes[SURFACES])
     numbers = 3 + PULL_COLUMNS * sizes[PULLS] + paths.positions.size + room
     return (

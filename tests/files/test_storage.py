@@ -154,7 +154,6 @@ def test_of_rows_with_one_time_the_last_counts(read):
         ("endheader\n", "no rows after 'endheader' in line 1"),
         ("x\nendheader\n\ntime a\n", "no rows after 'endheader' in line 2"),
         ("endheader\nt a\n0 1\n", r"file\.sto, line 2: the first column must be 'time', it is 't'"),
-        ("nRows=3\nendheader\ntime a\n0 1\n1 2\n", "line 1: nRows=3, but there are 2 rows"),
         ("nRows=many\nendheader\ntime a\n0 1\n", "line 1: expected a whole number, got 'many'"),
         ("nRows\nendheader\ntime a\n0 1\n", "line 1: expected a whole number, got ''"),
         ("endheader\ntime a b\n0 1 2\n1 2\n", "line 4: 2 values for 3 columns"),
@@ -171,6 +170,14 @@ def test_of_rows_with_one_time_the_last_counts(read):
 def test_damaged_files(read, text, message):
     with pytest.raises(em.StorageError, match=message):
         read(text)
+
+
+@pytest.mark.parametrize("said", [1, 3])
+def test_other_rows_than_announced(said, read):
+    """All that are there count, as in OpenSim."""
+    text = f"nRows={said}\nendheader\ntime a\n0 1\n1 2\n"
+    with pytest.warns(em.StorageWarning, match=rf"line 1: nRows={said}, but there are 2 rows"):
+        assert read(text).values[:, 0].tolist() == [1.0, 2.0]
 
 
 def test_a_file_that_is_not_there(tmp_path):

@@ -38,6 +38,9 @@ RADIANS = {
 }
 
 
+RADIANS_OF_T = 0.3 * np.sin(4.0 * T)
+
+
 def storage_file(folder, columns, in_degrees=False):
     storage = em.Storage("x", tuple(columns), T, np.column_stack([*columns.values()]), in_degrees)
     storage.write(folder / "motion.sto")
@@ -89,7 +92,7 @@ def described(low, high, name="angle", **changes):
         (1.2, -0.1, 0.1, True),
         (0.9, 0.0, 0.0, False),
         (2.0, -1.0, 1.0, False),
-        (80.0, 0.0, 2.6, True),
+        (10.0, 0.0, 2.6, True),
         (12.0, -99999.9, 99999.9, False),  # no range to speak of
         (80.0, -99999.9, 99999.9, True),
     ],
@@ -103,6 +106,30 @@ def test_the_models_range_tells(amplitude, low, high, doubtful, sign, tmp_path):
     assert len(texts) == doubtful
     if doubtful and high < 10.0:
         assert f"far beyond its range of [{low:.4g}, {high:.4g}] rad" in texts[0]
+
+
+def test_what_can_only_be_degrees_is_asked_back(tmp_path):
+    """Until somebody says what they are."""
+    x = 80.0 * np.sin(0.5 * PHASE) ** 2
+    file, known = storage_file(tmp_path, {"angle": x}), [described(0.0, 2.6)]
+    with pytest.raises(em.MotionError, match=r"'angle' runs from 0 to 80, .*are these degrees\?"):
+        em.Motion.from_file(file, ["angle"], ["rad"], described=known)
+    for in_degrees, unit in ((True, np.pi / 180.0), (False, 1.0)):
+        motion = em.Motion.from_file(
+            file, ["angle"], ["rad"], described=known, in_degrees=in_degrees
+        )
+        np.testing.assert_allclose(motion(T)[0][:, 0], unit * x, rtol=0, atol=1e-9)
+
+
+def test_a_row_that_was_doubled_by_rounding(tmp_path):
+    """Two rows at almost one time are one: a spline through both would leap."""
+    t, x = np.append(T[:50], T[49:] + 1e-8), np.append(RADIANS_OF_T[:50], RADIANS_OF_T[49:])
+    t[51:] -= 1e-8
+    x[50] += 1e-7
+    em.Storage("x", ("angle",), t, x[:, None]).write(tmp_path / "motion.sto")
+    found = em.Motion.from_file(tmp_path / "motion.sto", ["angle"], ["rad"])
+    expected = em.Motion.from_samples(T, RADIANS_OF_T)
+    np.testing.assert_allclose(found(T)[2], expected(T)[2], rtol=0, atol=0.05)
 
 
 @pytest.mark.parametrize(

@@ -43,6 +43,8 @@ def test_ends_of_the_range_are_allowed(parameter):
     for value in RANGES[parameter][:2]:
         if (parameter, value) in (("maximum_pennation_angle", 0.0), ("max_control", 0.0)):
             continue  # below the pennation at the optimal length, or the minimum activation
+        if (parameter, value) == ("minimum_activation", 0.0):
+            continue  # of damped fibres only
         assert getattr(em.Muscle("flexor", **{**GOOD, parameter: value}), parameter) == value
 
 
@@ -80,8 +82,15 @@ def test_duplicate_names():
 
 
 def test_no_muscle():
-    with pytest.raises(em.ParameterError, match="none"):
-        em.MuscleSet([])
+    assert len(em.MuscleSet([])) == 0 and em.MuscleSet([]).optimal_fiber_length.shape == (0,)
+
+
+def test_fibers_with_a_damper_need_no_activation():
+    damped = em.Muscle("flexor", **GOOD | {"minimum_activation": 0.0, "law": em.Millard2012()})
+    assert damped.minimum_activation == 0.0
+    for law in (em.Millard2012(fiber_damping=0.0), em.Thelen2003(), em.Thelen2003Deprecated()):
+        with pytest.raises(em.ParameterError, match=r"minimum_activation = 0 is below 0\.001"):
+            em.Muscle("flexor", **GOOD | {"minimum_activation": 0.0, "law": law})
 
 
 def test_bad_input_is_a_value_error():

@@ -1,6 +1,7 @@
 """Actuators in files of OpenSim: their virtual work, from the poses of bodies by differences."""
 
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -34,9 +35,9 @@ POINT, VECTOR = np.array([0.1, -0.2, 0.05]), np.array([2.0, -1.0, 2.0])
 UNIT = VECTOR / 3.0
 
 
-def actuator(kind, **properties):
+def actuator(kind, name="actuator", **properties):
     inside = "".join(f"<{tag}> {value} </{tag}>" for tag, value in properties.items())
-    return f'<{kind} name="actuator">{inside}</{kind}>'
+    return f'<{kind} name="{name}">{inside}</{kind}>'
 
 
 def text(vector):
@@ -119,8 +120,8 @@ def test_a_torque_actuator_works_between_two_bodies(on, against, is_global, load
 
 def test_what_is_left_out_has_opensims_defaults(load):
     forces = (
-        actuator("PointActuator", body="body", optimal_force=""),
-        actuator("TorqueActuator", bodyA="body", bodyB="ground", min_control=""),
+        actuator("PointActuator", "a", body="body", optimal_force=""),
+        actuator("TorqueActuator", "b", bodyA="body", bodyB="ground", min_control=""),
         actuator("CoordinateActuator", coordinate="b", max_control=""),
     )
     loaded = load(muscle(), *forces)
@@ -143,10 +144,10 @@ def test_actuators_on_what_cannot_move_are_left_out(load):
     point = GROUND_POINT.replace("/ground", "/bodyset/second").replace('"a"', '"c"')
     loaded = load(
         muscle(points=GROUND_POINT + point),
-        actuator("CoordinateActuator", coordinate="a"),
-        actuator("PointActuator", body="body", direction="0 1 0"),
-        actuator("PointActuator", body="ground"),
-        actuator("TorqueActuator", bodyA="body", bodyB="ground"),
+        actuator("CoordinateActuator", "a", coordinate="a"),
+        actuator("PointActuator", "b", body="body", direction="0 1 0"),
+        actuator("PointActuator", "c", body="ground"),
+        actuator("TorqueActuator", "d", bodyA="body", bodyB="ground"),
         actuator("TorqueActuator", bodyA="body", bodyB="second", torque_is_global="false"),
         joints=joints,
     )
@@ -169,7 +170,6 @@ def test_actuators_on_what_cannot_move_are_left_out(load):
         ("PointActuator", {}, "there is no body in it"),
         ("PointActuator", {"body": "body", "point": "1 2"}, "point: expected 3 numbers, got 2"),
         ("PointActuator", {"body": "body", "direction": "0 0 0"}, "direction has no length"),
-        ("PointActuator", {"body": "body", "socket_body": "x"}, "socket_body: this is not known"),
         ("TorqueActuator", {"bodyA": "body"}, "there is no bodyB in it"),
         ("TorqueActuator", {"bodyA": "body", "bodyB": "ground", "axis": "0 0 0"},
          "axis has no length"),
@@ -189,3 +189,46 @@ def test_actuators_that_are_refused(kind, properties, message, load):
     start = rf"model\.osim, line \d+: ForceSet / {kind} 'actuator'.*"
     with pytest.raises(em.ModelFileError, match=start + re.escape(message)):
         load(muscle(), actuator(kind, **properties))
+
+
+OLD = (
+    '<PointActuator name="F"><body_A>ground</body_A><body_B>body</body_B><max_force>9</max_force>'
+    "<point_A>1 1 1</point_A><point_B>0.1 0.2 0.3</point_B><direction_A>-1 0 2</direction_A>"
+    "<optimal_force>7</optimal_force></PointActuator>"
+    '<TorqueActuator name="M"><body_A>ground</body_A><body_B>body</body_B>'
+    "<direction_A>0 -1 0</direction_A></TorqueActuator>"
+    '<PointActuator name="plain"><body>body</body></PointActuator>'
+)
+NEW = (
+    actuator("PointActuator", "F", body="body", point="0.1 0.2 0.3", direction="1 0 -2",
+             force_is_global="true", optimal_force=7)
+    + actuator("TorqueActuator", "M", bodyA="body", bodyB="ground", axis="0 1 0")
+    + actuator("PointActuator", "plain", body="body", direction="-1 0 0", force_is_global="true")
+)  # fmt: skip
+
+
+def test_actuators_of_files_without_a_version(load, tmp_path):
+    """OpenSim renames their properties, turns directions round and takes forces as in ground."""
+    model = load(muscle()).model  # writes the file
+    file, forces = tmp_path / "model.osim", tmp_path / "forces.xml"
+    found = []
+    defaults = (
+        "<defaults><PointActuator><body_B/><direction_A>1 0 0</direction_A></PointActuator>"
+        "</defaults>"
+    )
+    for text_of_set in (
+        f"<ActuatorSet>{defaults}<objects>{OLD}</objects></ActuatorSet>",
+        f'<OpenSimDocument Version="40000"><ForceSet><objects>{NEW}</objects></ForceSet>'
+        "</OpenSimDocument>",
+    ):
+        forces.write_text(text_of_set)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            model = em.opensim.load_model(file, force_sets=[forces])
+        found.append((model.reserves, model.columns(Q)))
+        left_out = re.findall(r"/ (\w+): OpenSim", "".join(str(each.message) for each in caught))
+        old = "body_B" in text_of_set
+        assert set(left_out) == ({"max_force"} if old else set())
+    assert found[0][0] == found[1][0]
+    np.testing.assert_array_equal(found[0][1], found[1][1])
+    assert [each.name for each in found[0][0]] == ["F", "M", "plain"]

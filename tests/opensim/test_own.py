@@ -98,7 +98,7 @@ def test_the_command_takes_a_model_and_a_motion_of_opensim(tmp_path, capsys):
     assert cli.main(arguments) == 2
     assert "a model file of OpenSim needs --motion FILE.mot" in capsys.readouterr().err
     assert cli.main(["run", str(PENDULUM), "--method", "csf", *motion]) == 2
-    assert "--motion and --cutoff belong to an .osim file" in capsys.readouterr().err
+    assert "--motion, --cutoff and --angles belong to an .osim file" in capsys.readouterr().err
 
 
 def test_tests_that_are_left_out_are_counted():

@@ -255,7 +255,7 @@ def test_the_slow_target_and_the_window(write):
 def test_low_pass(cutoff, write):
     found = load(write(lowpass_cutoff_frequency=cutoff)).motion
     expected = em.Motion.from_samples(
-        TIMES, np.column_stack([SHOULDER, ELBOW]), low_pass=em.LowPass.OPENSIM,
+        TIMES, np.column_stack([SHOULDER, ELBOW]), low_pass=em.LowPass.WINDOWED_SINC,
         cutoff=6.0 if cutoff == "6" else None,
     )  # fmt: skip
     for mine, theirs in zip(found(0.3), expected(0.3), strict=True):
@@ -456,21 +456,20 @@ REFUSED = [
     refused_setup("force_set_files", "reserves.xml nothing.xml", "there is no file "),
     *(
         refused_setup(tag, "", "it is empty")
-        for tag in ("model_file", "desired_kinematics_file", "task_set_file")
+        for tag in ("desired_kinematics_file", "task_set_file")
     ),
     *(
         refused_setup(tag, "given.xml", "this cannot be represented")
-        for tag in ("rra_controls_file", "desired_points_file", "actuators_to_exclude")
+        for tag in ("rra_controls_file", "desired_points_file")
     ),
-    refused_setup("replace_force_set", "true", "true: forces can only be added"),
     refused_setup("replace_force_set", "perhaps", "expected true or false, got 'perhaps'"),
     refused_setup("use_fast_optimization_target", "true false", "expected true or false"),
     refused_setup("initial_time", "soon", "expected numbers, got 'soon'"),
     refused_setup("lowpass_cutoff_frequency", "6 Hz", "expected numbers, got '6 Hz'"),
     refused_setup("cmc_time_window", "1 2", "expected 1 numbers, got 2"),
     refused_setup("cmc_time_window", "0", "window = 0.0 s is outside"),
-    refused_setup("time_range", "0 1", "this is not known"),
-    ({"model_file": None}, "setup.xml", "<CMCTool", "there is no model_file in it"),
+    ({"model_file": None}, "setup.xml", "<CMCTool", "it names no model_file: model= does"),
+    ({"model_file": ""}, "setup.xml", "<CMCTool", "it names no model_file: model= does"),
     ({"initial_time": "0.45"}, "setup.xml", "<desired_kinematics_file>", "0.45 to 0.4 s is empty"),
     refused_tasks('"knee"', "'knee' cannot be tracked: the model's independent coordinates are "
                   "shoulder, elbow", *BOTH, task("knee")),
@@ -487,11 +486,13 @@ REFUSED = [
     refused_tasks("<on>", "on: expected true or false, got 'yes'", task("elbow", on="yes")),
     refused_tasks("<active>", "active: expected true or false", task("elbow", active="y n n")),
     refused_tasks("<coordinate>", "coordinate: it is empty", task("")),
-    refused_tasks("<gain>", "gain: this is not known", task("elbow", gain=3)),
-    ({"files": {"tasks.xml": tasks(task("elbow"))}}, "setup.xml", "<task_set_file>",
-     "no task that is on and active tracks shoulder"),
-    ({"files": {"tasks.xml": tasks(task("elbow"), task("shoulder", active=None))}}, "setup.xml",
-     "<task_set_file>", "no task that is on and active tracks shoulder"),
+    ({"files": {"tasks.xml": tasks()}}, "setup.xml", "<task_set_file>",
+     "no task that is on and active tracks shoulder, elbow"),
+    ({"files": {"tasks.xml": tasks(task("elbow", on="false"), task("shoulder", active=None))}},
+     "setup.xml", "<task_set_file>", "no task that is on and active tracks shoulder, elbow"),
+    refused_tasks("MuscleState", "'flexor.fiber_length': this cannot", *BOTH,
+                  '<MuscleStateTrackingTask name="flexor.fiber_length"><active>true</active>'
+                  "</MuscleStateTrackingTask>"),
     ({"files": {"tasks.xml": controls()}}, "tasks.xml", "<ControlSet",
      "this is not a CMC_TaskSet file"),
     refused_forces("ElasticF", "ForceSet / ElasticFoundationForce 'spring': this cannot", SPRING),
@@ -501,10 +502,6 @@ REFUSED = [
     refused_forces("<optimal_force>", "expected numbers, got '1,5'", reserve("elbow", "1,5")),
     ({"files": {"reserves.xml": tasks()}}, "reserves.xml", "<CMC_TaskSet",
      "this is not a ForceSet file"),
-    refused_controls('"toe.excitation"', "there is no actuator 'toe', only flexor, elbow_reserve",
-                     control("toe.excitation")),
-    refused_controls('"flexor"', "'flexor' has another control, in line",
-                     control("flexor.excitation"), control("flexor")),
     refused_controls('"flexor"', "muscle 'flexor': control limits [0.02, 1.5] at t = 0 s are "
                      "outside [0, 1]", control("flexor", default_max=1.5)),
     refused_controls('"flexor"', "control limits [-0.1, 1] at t = 0.2 s are outside [0, 1]",
@@ -519,9 +516,6 @@ REFUSED = [
                      control("flexor", min_nodes=nodes((0, "low")))),
     refused_controls("<min_nodes>", "there is no t in it",
                      control("flexor", min_nodes="<ControlLinearNode/>")),
-    refused_controls("<curve>", "curve: this is not known", control("flexor", curve=1)),
-    refused_controls("<curve>", "curve: this is not known", control("flexor"),
-                     defaults=control("usual", curve=1)),
     refused_controls("ControlConstant", "this cannot be represented",
                      '<ControlConstant name="flexor"/>'),
 ]  # fmt: skip
@@ -565,6 +559,150 @@ def test_a_filter_that_the_motion_is_too_short_for(write):
         load(write(lowpass_cutoff_frequency="1"))
 
 
+# -- What is left out or done otherwise, with a warning -------------------------------------------
+
+
+def told(file, **changes):
+    """The set-up, and the text of its one warning."""
+    with pytest.warns(em.ExudynMusclesWarning) as caught:
+        setup = load(file, **changes)
+    (warning,) = caught
+    return setup, str(warning.message)
+
+
+def test_unknown_properties_of_all_files(write):
+    for changes, text in (
+        ({"time_range": "0 1"}, "CMCTool 'small' / time_range: OpenSim does"),
+        ({"files": {"tasks.xml": tasks(task("elbow", gain=3), task("shoulder"))}}, "gain: OpenSim"),
+        ({"files": {"controls.xml": controls(control("flexor", curve=1))},
+          "constraints_file": "controls.xml"}, "curve: OpenSim does not know"),
+        ({"files": {"controls.xml": controls(control("toe.excitation"))},
+          "constraints_file": "controls.xml"}, "'toe.excitation': there is no such actuator"),
+    ):  # fmt: skip
+        _, message = told(write(**changes))
+        assert re.search(r"\.xml, line \d+: ", message) and text in message
+
+
+def test_the_first_of_two_controls_counts(write):
+    text = controls(control("flexor.excitation", default_max=0.5), control("flexor"))
+    file = write({"controls.xml": text}, constraints_file="controls.xml")
+    setup, message = told(file)
+    assert setup.settings.control_limits["flexor"] == em.ControlLimits(0.02, 0.5)
+    assert "'flexor': this actuator has a control before" in message
+
+
+def test_a_model_that_the_setup_does_not_name(write, tmp_path):
+    file = write(model_file="")
+    assert load(file, model=tmp_path / "model.osim").model.coordinates == ("shoulder", "elbow")
+
+
+def test_a_force_set_in_place_of_the_models(write):
+    setup = load(write(replace_force_set="true"))
+    assert len(setup.model.muscles) == 0 and len(setup.model.reserves) == 2
+
+
+def test_actuators_without_control(write):
+    """A muscle rests, an ideal actuator does nothing."""
+    setup = load(write(actuators_to_exclude="flexor /forceset/elbow_reserve"))
+    assert setup.settings.control_limits["flexor"] == em.ControlLimits(0.01, 0.01)
+    assert [each.name for each in setup.model.reserves] == ["shoulder_reserve"]
+
+
+def test_a_coordinate_without_a_task_follows_the_kinematics(write):
+    """By an ideal actuator, which leaves nothing to do to the muscles there."""
+    files = {"tasks.xml": tasks(task("elbow", kp=400, kv=40))}
+    setup, message = told(write(files))
+    assert "no task that is on and active tracks shoulder, which OpenSim leaves" in message
+    *_, held = setup.model.reserves
+    assert (held.name, held.coordinate, held.optimal_force) == ("shoulder_held", "shoulder", 1e5)
+    assert setup.settings.kp == (400.0, 400.0) and setup.settings.kv == (40.0, 40.0)
+    result = em.static_optimization(setup.model, setup.motion)
+    assert result.coordinates[5, 0] == pytest.approx(setup.motion(result.time[5])[0][0], abs=1e-12)
+
+
+def test_a_prescribed_coordinate_follows_its_function(write):
+    """It needs no task, no column of the kinematics, and leaves the muscles alone."""
+    line = "<LinearFunction><coefficients>0.5 -0.1</coefficients></LinearFunction>"
+    inside = f"<prescribed_function>{line}</prescribed_function><prescribed>true</prescribed>"
+    both = coordinates("shoulder", inside=inside) + coordinates("elbow")
+    joints = JOINT.format(kind="UniversalJoint", coordinates=both, inside="")
+    files = {"tasks.xml": tasks(task("elbow", kp=100, kv=20)),
+             "motion.mot": motion(("elbow", ELBOW))}  # fmt: skip
+    setup, message = told(write(files, {"joints": joints}))
+    assert "'shoulder' / prescribed: OpenSim moves this coordinate by its function" in message
+    assert setup.model.reserves[-1].name == "shoulder_held"
+    q, v, a = setup.motion(0.2)
+    np.testing.assert_allclose([q[0], v[0], a[0]], [0.0, 0.5, 0.0], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(setup.motion(TIMES[24])[0][1], ELBOW[24], rtol=0, atol=1e-12)
+    result = em.cosimulate(setup.model, setup.motion, settings=setup.cosimulation(em.Scheme.FULL))
+    assert result.max_unmet_torque == 0.0 and result.tracking_error_rms()[0] < 1e-4
+    # Without a function it is not prescribed.
+    joints = joints.replace(line, "")
+    load(write({"tasks.xml": FILES["tasks.xml"], "motion.mot": MOTION}, {"joints": joints}))
+
+
+def test_a_last_part_shorter_than_a_window(write):
+    setup, message = told(write(final_time="0.404"))
+    assert "the last 4 ms of the span are less than a window and are left out" in message
+    assert setup.motion.end == 0.404
+
+
+def test_what_can_only_be_degrees_is_asked_back(write):
+    inside = coordinates("shoulder", inside="<range>-1 1</range>") + coordinates("elbow")
+    joints = JOINT.format(kind="UniversalJoint", coordinates=inside, inside="")
+    columns = ("shoulder", np.degrees(SHOULDER)), ("elbow", np.degrees(ELBOW))
+    file = write({"motion.mot": motion(*columns, degrees=False)}, {"joints": joints})
+    with pytest.raises(em.MotionError, match=r"'shoulder' runs from 0 to 17.* are these degrees\?"):
+        load(file)
+    expected = np.column_stack([SHOULDER, ELBOW])[24]
+    found = load(file, in_degrees=True).motion(TIMES[24])[0]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+    found = load(file, in_degrees=False).motion(TIMES[24])[0]
+    np.testing.assert_allclose(found, np.degrees(expected), rtol=0, atol=1e-10)
+
+
+EMG = '<MuscleStateTrackingTask name="{}.activation"><active>true false false</active></{}>'
+ACTIVATIONS = 0.2 + 0.1 * np.sin(3.0 * TIMES)
+
+
+def test_activations_that_are_tracked_are_given(write, tmp_path):
+    """The muscle gets the excitations that lead there; the others do the rest."""
+    tag = "MuscleStateTrackingTask"
+    text = members(
+        "CMC_TaskSet", task("shoulder", kp=100, kv=20), task("elbow", kp=100, kv=20),
+        EMG.format("flexor", tag), before="<datafile>emg.sto</datafile>\n",
+    )  # fmt: skip
+    file = write({"tasks.xml": text})
+    em.Storage("emg", ("flexor.activation",), TIMES, ACTIVATIONS[:, None]).write(
+        tmp_path / "emg.sto"
+    )
+    setup, message = told(file)
+    assert "'flexor.activation': the muscle is given the excitations" in message
+    result = em.computed_muscle_control(setup.model, setup.motion, settings=setup.settings)
+    later = result.time > 0.2  # it begins at a steady activation
+    expected = np.interp(result.time, TIMES, ACTIVATIONS)
+    np.testing.assert_allclose(result.activations[later, 0], expected[later], rtol=0, atol=2e-3)
+    assert result.max_unmet_torque == 0.0
+    em.Storage("emg", ("toe.activation",), TIMES, ACTIVATIONS[:, None]).write(tmp_path / "emg.sto")
+    with (
+        pytest.warns(em.ModelFileWarning, match="given the excitations"),
+        pytest.raises(em.ModelFileError, match=r"its file has no column 'flexor\.activation'"),
+    ):
+        load(file)
+    (tmp_path / "emg.sto").unlink()
+    with pytest.raises(em.ModelFileError, match=r"datafile: there is no file .*emg\.sto"):
+        load(file)
+
+
+def test_an_activation_of_no_muscle(write, tmp_path):
+    text = members(
+        "CMC_TaskSet", *BOTH, EMG.format("toe", "MuscleStateTrackingTask"),
+        before="<datafile>motion.mot</datafile>\n",
+    )  # fmt: skip
+    _, message = told(write({"tasks.xml": text}))
+    assert "there is no muscle 'toe', and the task is left out" in message
+
+
 # -- The command line -----------------------------------------------------------------------------
 
 
@@ -588,6 +726,17 @@ def test_results_go_where_the_command_says(write, tmp_path):
     assert main(["cmc", str(write()), *options]) == 0
     assert em.Trajectory.load(tmp_path / "a" / "b" / "small_cmc.npz").time[0] == 0.2
     assert not (tmp_path / "results").exists()
+
+
+def test_a_model_and_a_unit_from_the_command_line(write, tmp_path):
+    columns = ("shoulder", np.degrees(SHOULDER) / 20.0), ("elbow", np.degrees(ELBOW) / 20.0)
+    file = write({"motion.mot": motion(*columns, degrees=False)}, model_file="")
+    options = ["--model", str(tmp_path / "model.osim"), "--angles", "degrees"]
+    span = ["--final-time", "0.12", "--out", str(tmp_path / "out")]
+    assert main(["cmc", str(file), *options, *span]) == 0
+    found = em.Trajectory.load(tmp_path / "out" / "small_cmc.npz").coordinates[0]
+    expected = np.array([SHOULDER[12], ELBOW[12]]) / 20.0
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6)
 
 
 @pytest.mark.parametrize(

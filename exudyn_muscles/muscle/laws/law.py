@@ -71,6 +71,12 @@ class MuscleLaw(ABC):
     speed_without_activation: float = 1.0
     force_velocity_form: tuple[int, float, float] = (CURVES, 0.0, 0.0)
 
+    @property
+    def bears_no_activation(self) -> bool:
+        """Whether the fibre has a velocity without activation, by a damper beside it."""
+        by_curves = self.force_velocity_form[0] == CURVES and self.speed_without_activation > 0.0
+        return by_curves and self.fiber_damping >= UNDAMPED
+
     @abstractmethod
     def make_curves(self, elastic: bool) -> HillCurves:
         """The curves of a unit with an elastic or a rigid tendon."""

@@ -22,12 +22,10 @@ from ...errors import ParameterError
 from ...numerics.curves import Curve
 from .law import UNDAMPED, HillCurves, MuscleLaw
 
-# Constants of OpenSim's curve classes that no property of a model changes in practice.
+# Constants of OpenSim's curve classes that no property of a model changes.
 ACTIVE_CURVINESS = 1.0
-VELOCITY_CURVINESS = (0.6, 0.6, 0.9, 0.9)  # shortening, lengthening
 NEAR_VMAX = 0.9  # where the slope "near vmax" holds
-PASSIVE_CURVINESS, PASSIVE_LOW_STIFFNESS, PASSIVE_STIFFNESS = 0.75, 0.2, 2.0
-TENDON_CURVINESS, TENDON_TOE, TENDON_STIFFNESS = 0.5, 2.0 / 3.0, 1.375
+PASSIVE_STIFFNESS = 2.0  # at F0, times the strain from zero force to F0
 # Undamped, OpenSim keeps f_l above this, and the slopes of f_v at v_max above this part of those
 # near it.
 ACTIVE_FLOOR = 0.1
@@ -113,8 +111,19 @@ class Millard2012(MuscleLaw):
         Slopes of f_v.
     max_eccentric_velocity_force_multiplier : float
         f_v at the maximum velocity of lengthening.
+    concentric_curviness, eccentric_curviness : float
+        How sharply f_v bends, between 0 and 1.
     fiber_strain_at_zero_force, fiber_strain_at_one_norm_force : float
         Fibre strains where f_PE begins and is one.
+    fiber_stiffness_at_low_force, fiber_stiffness_at_one_norm_force : float
+        Slopes of f_PE where it begins and is one; the latter 2 over the difference of both strains
+        if left out.
+    fiber_curviness, tendon_curviness : float
+        How sharply f_PE and f_SE bend, between 0 and 1.
+    tendon_stiffness : float
+        Slope of f_SE at F0 times the tendon strain there.
+    norm_force_at_toe_end : float
+        f_SE where its straight part begins.
     """
 
     fiber_damping: float = 0.1
@@ -129,8 +138,16 @@ class Millard2012(MuscleLaw):
     eccentric_slope_at_vmax: float = 0.0
     eccentric_slope_near_vmax: float = 0.15
     max_eccentric_velocity_force_multiplier: float = 1.4
+    concentric_curviness: float = 0.6
+    eccentric_curviness: float = 0.9
     fiber_strain_at_zero_force: float = 0.0
     fiber_strain_at_one_norm_force: float = 0.7
+    fiber_stiffness_at_low_force: float = 0.2
+    fiber_stiffness_at_one_norm_force: float | None = None
+    fiber_curviness: float = 0.75
+    tendon_stiffness: float = 1.375
+    norm_force_at_toe_end: float = 2.0 / 3.0
+    tendon_curviness: float = 0.5
 
     tendon_strain_at_one_norm_force = 0.049  # not a field
 
@@ -152,15 +169,25 @@ class Millard2012(MuscleLaw):
             ("eccentric_slope_at_vmax", 0.0, 1.0),
             ("eccentric_slope_near_vmax", 0.01, 1.0),
             ("fiber_strain_at_zero_force", -0.5, 2.0),
+            ("concentric_curviness", 0.0, 1.0),
+            ("eccentric_curviness", 0.0, 1.0),
+            ("fiber_stiffness_at_low_force", 1e-6, 100.0),
+            ("fiber_curviness", 0.0, 1.0),
+            ("tendon_stiffness", 1.001, 100.0),
+            ("norm_force_at_toe_end", 0.01, 0.99),
+            ("tendon_curviness", 0.0, 1.0),
         ):
             self.keep_number(name, least, most)
         least = self.fiber_strain_at_zero_force + 0.01
         self.keep_number("fiber_strain_at_one_norm_force", least, 10.0)
+        if self.fiber_stiffness_at_one_norm_force is not None:
+            self.keep_number("fiber_stiffness_at_one_norm_force", 0.01, 1e4)
 
         for floored in (True, False):
             check_corners("active force-length curve", self._active_joints(floored))
             check_corners("force-velocity curve", self._velocity_joints(floored))
         check_corners("passive force-length curve", self._passive_joints())
+        check_corners("tendon force-length curve", self._tendon_joints())
 
     @property
     def shortest_fiber(self) -> float:  # type: ignore[override]
@@ -170,12 +197,13 @@ class Millard2012(MuscleLaw):
     def make_curves(self, elastic: bool) -> HillCurves:
         floored = elastic and self.fiber_damping == 0.0
         invertible = self._velocity_joints(True)
+        velocity = (self.concentric_curviness,) * 2 + (self.eccentric_curviness,) * 2
         return HillCurves(
             bezier(tuple(self._active_joints(floored)), (ACTIVE_CURVINESS,) * 5),
-            bezier(tuple(self._velocity_joints(floored)), VELOCITY_CURVINESS),
-            bezier(tuple(invertible), VELOCITY_CURVINESS, inverse=True),
-            bezier(tuple(self._passive_joints()), (PASSIVE_CURVINESS,) * 2),
-            bezier(tuple(TENDON_JOINTS), (TENDON_CURVINESS,) * 2),
+            bezier(tuple(self._velocity_joints(floored)), velocity),
+            bezier(tuple(invertible), velocity, inverse=True),
+            bezier(tuple(self._passive_joints()), (self.fiber_curviness,) * 2),
+            bezier(tuple(self._tendon_joints()), (self.tendon_curviness,) * 2),
         )
 
     def _active_joints(self, floored: bool) -> list[Point]:
@@ -219,12 +247,27 @@ class Millard2012(MuscleLaw):
         """Joints of f_PE."""
         start = 1.0 + self.fiber_strain_at_zero_force
         end = 1.0 + self.fiber_strain_at_one_norm_force
-        stiffness = PASSIVE_STIFFNESS / (end - start)
+        low, stiffness = self.fiber_stiffness_at_low_force, self.fiber_stiffness_at_one_norm_force
+        if stiffness is None:
+            stiffness = PASSIVE_STIFFNESS / (end - start)
         toe = min(0.1 / stiffness, 0.1 * (end - start))
         return [
             Point(start, 0.0, 0.0),
-            Point(start + toe, PASSIVE_LOW_STIFFNESS * 0.5 * toe, PASSIVE_LOW_STIFFNESS),
+            Point(start + toe, low * 0.5 * toe, low),
             Point(end, 1.0, stiffness),
+        ]
+
+    def _tendon_joints(self) -> list[Point]:
+        """Joints of f_SE over the tendon strain over its value at one F0: it scales with that."""
+        stiffness, toe_force = self.tendon_stiffness, self.norm_force_at_toe_end
+        toe = 1.0 - (1.0 - toe_force) / stiffness
+        foot = 0.1 * toe
+        middle = 1.0 - (1.0 - 0.5 * toe_force) / stiffness
+        slope = 0.5 * toe_force / (middle - foot)
+        return [
+            Point(0.0, 0.0, 0.0),
+            Point(0.5 * (foot + middle), 0.5 * slope * (middle - foot), slope),
+            Point(toe, toe_force, stiffness),
         ]
 
 
@@ -238,19 +281,3 @@ def check_corners(name: str, joints: Sequence[Point]) -> None:
                 f"Millard2012: {name}: no smooth corner from x = {start.x:.4g} to {end.x:.4g}: the "
                 f"slope between them, {steepness:.4g}, is outside ({low:.4g}, {high:.4g})"
             )
-
-
-def tendon_joints() -> list[Point]:
-    """Joints of f_SE over the tendon strain over its value at one F0: it scales with that."""
-    toe = 1.0 - (1.0 - TENDON_TOE) / TENDON_STIFFNESS
-    foot = 0.1 * toe
-    middle = 1.0 - (1.0 - 0.5 * TENDON_TOE) / TENDON_STIFFNESS
-    slope = 0.5 * TENDON_TOE / (middle - foot)
-    return [
-        Point(0.0, 0.0, 0.0),
-        Point(0.5 * (foot + middle), 0.5 * slope * (middle - foot), slope),
-        Point(toe, TENDON_TOE, TENDON_STIFFNESS),
-    ]
-
-
-TENDON_JOINTS = tendon_joints()
