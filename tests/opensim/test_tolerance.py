@@ -322,14 +322,14 @@ def test_a_skeleton_of_nothing_loads_and_cannot_follow(write):
 
 def test_the_table_of_published_models(write, tmp_path):
     """Files of one content count once; reasons have neither places nor names."""
-    spring = '<SpringGeneralizedForce name="spring"/>'
+    spring = '<ElasticFoundationForce name="spring"/>'
     for name, forces in (("a", muscle()), ("b", muscle()), ("c", muscle() + spring)):
         (tmp_path / name).mkdir()
         write_model(tmp_path / name / "model.osim", forces=forces)
     write_model(tmp_path / "c" / "warned.osim", rest="<Wind>1</Wind>")
     found = [load("model", file) for file in distinct([tmp_path], "*.osim")]
     assert [each.refused for each in found] == [
-        "", "ForceSet / SpringGeneralizedForce: this cannot be represented", "",
+        "", "ForceSet / ElasticFoundationForce: this cannot be represented", "",
     ]  # fmt: skip
     assert found[0].size == "1 coordinates, 1 muscles, 0 actuators" and not found[0].warned
     assert found[2].warned[0].startswith("Wind: OpenSim does not know this")

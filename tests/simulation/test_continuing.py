@@ -458,7 +458,7 @@ def test_what_the_documents_show_runs_as_it_stands():
     for shown_code in (segments, steps, points):
         model, motion, push = pushed_arm()
         shown = {
-            "exu": exu, "plugin": em.CosimulationPlugin(model, motion, em.CosimulationSettings(scheme=em.Scheme.FULL)), "mbs": model.mbs,
+            "exu": exu, "plugin": em.CosimulationPlugin(model, motion), "mbs": model.mbs,
             "push": push, "first": segment(0, 9, H), "second": segment(9, COUNT, H),
             "settings": segment(0, 1, 0.01), "rule": TRAPEZOIDAL, "candidates": [0.0, 3.0],
             "judge": futures.append,

@@ -733,7 +733,7 @@ def test_a_mass_matrix_that_is_not_one_is_named():
 @pytest.mark.parametrize(
     ("call", "error", "message"),
     [
-        (lambda m, d: em.cosimulate(m, None, settings=em.CosimulationSettings(scheme=em.Scheme.FULL)), em.MotionError, "expected a Motion, got NoneType"),
+        (lambda m, d: em.cosimulate(m, None), em.MotionError, "expected a Motion, got NoneType"),
         (
             lambda m, d: em.cosimulate(m, d, settings=em.CMCSettings()),
             em.ParameterError,
