@@ -250,10 +250,8 @@ def _hunt_crossley(
         tags = [surface.tag for surface, _ in pair]
         if tags == ["ContactHalfSpace"] * 2:
             continue
-        if tags.count("ContactSphere") != 1:
-            if tags == ["ContactSphere"] * 2 and _same_link(bodies, pair[0][0], pair[1][0]):
-                continue  # they never move against one another
-            pair[1][0].refuse()
+        if _same_link(bodies, pair[0][0], pair[1][0]):
+            continue  # they never move against one another
         (sphere, own), (half_space, other) = sorted(pair, key=lambda each: each[0].tag)[::-1]
         k, k_other = (each["stiffness"] ** (2.0 / 3.0) for each in (own, other))
         if k + k_other == 0.0:
@@ -282,6 +280,7 @@ def _contact(
 ) -> SphereContact:
     surfaces = sphere, half_space
     place, ground = (bodies.place(each.get("socket_frame", "body_name")) for each in surfaces)
+    other = half_space.number("radius") if half_space.tag == "ContactSphere" else 0.0
     center = sphere.vector("location", default=(0.0, 0.0, 0.0))
     return SphereContact(
         element.name,
@@ -290,6 +289,7 @@ def _contact(
         center=place.at(center).tolist(),
         radius=sphere.number("radius"),
         frame=ground.pose @ pose(half_space, "orientation", "location"),
+        other_radius=other,
         **given,
     )
 

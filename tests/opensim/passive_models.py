@@ -30,6 +30,8 @@ SURFACES = """<ContactGeometrySet><objects>
 <location>-0.05 -0.02 0.01</location><radius>0.04</radius></ContactSphere>
 <ContactSphere name="toe"><socket_frame>/bodyset/foot</socket_frame>
 <location>0.09 -0.02 -0.01</location><radius>0.03</radius></ContactSphere>
+<ContactSphere name="shin"><socket_frame>/bodyset/shank</socket_frame>
+<location>0.03 0.03 0.02</location><radius>0.085</radius></ContactSphere>
 </objects></ContactGeometrySet>"""
 MATERIAL = """<HuntCrossleyForce::ContactParameters><geometry>{}</geometry><stiffness>{}</stiffness>
 <dissipation>{}</dissipation><static_friction>{}</static_friction><dynamic_friction>{}
@@ -96,6 +98,12 @@ FORCES = {
         <static_friction>0.8</static_friction><dynamic_friction>0.7</dynamic_friction>
         <viscous_friction>0.5</viscous_friction><transition_velocity>0.2</transition_velocity>
         </SmoothSphereHalfSpaceForce>""",
+    "spheres": f"""<HuntCrossleyForce name="contact">
+        <HuntCrossleyForce::ContactParametersSet name="contact_parameters"><objects>
+        {MATERIAL.format("shin", 3e5, 0.5, 0.9, 0.8, 0.4)}
+        {MATERIAL.format("heel toe", 1e5, 0.8, 0.7, 0.6, 0.3)}</objects>
+        </HuntCrossleyForce::ContactParametersSet><transition_velocity>0.13</transition_velocity>
+        </HuntCrossleyForce>""",
     "hunt_crossley": f"""<HuntCrossleyForce name="contact">
         <HuntCrossleyForce::ContactParametersSet name="contact_parameters"><objects>
         {MATERIAL.format("floor", 5e6, 1.5, 0.9, 0.8, 0.4)}

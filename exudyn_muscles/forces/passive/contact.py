@@ -1,7 +1,8 @@
-"""Contact of a sphere with a half-space, after Hunt and Crossley, with Stribeck friction.
+"""Contact of a sphere with a half-space or another sphere, after Hunt and Crossley, with Stribeck
+friction.
 
 With the indentation d, the normal speed d' and the slip speed s, k and c of both surfaces together
-and the sphere's radius R,
+and the sphere's radius R, of two spheres R_1 R_2 / (R_1 + R_2),
 
     f_H = 4/3 k d sqrt(R k d)    f = f_H (1 + 3/2 c d')    friction f mu(s)
 
@@ -26,20 +27,22 @@ from .between_frames import add_to_both, placed
 from .on_coordinates import LARGEST
 
 # Columns of their table: links of half-space and sphere, the half-space's frame, the sphere's
-# center and radius, numbers in the order of `GIVEN_NUMBERS`.
-LINKS, POSE, CENTER, RADIUS, GIVEN, COLUMNS = 0, 2, 14, 17, 18, 29
+# center and radius, numbers in the order of `GIVEN_NUMBERS`, whether it is smooth, R, and the other
+# sphere's radius.
+LINKS, POSE, CENTER, RADIUS, GIVEN, COLUMNS = 0, 2, 14, 17, 18, 31
 GIVEN_NUMBERS = (
     "stiffness", "dissipation", "static_friction", "dynamic_friction", "viscous_friction",
     "transition_velocity", "share", "constant_contact_force", "hertz_smoothing",
     "hunt_crossley_smoothing",
 )  # fmt: skip
 SMOOTH = GIVEN + len(GIVEN_NUMBERS)
+EFFECTIVE, OTHER = SMOOTH + 1, SMOOTH + 2
 K, C, MU_S, MU_D, MU_V, V_T, SHARE, C_F, B_D, B_V = range(GIVEN, SMOOTH)
 
 
 @dataclass(frozen=True, eq=False)
 class SphereContact:
-    """A sphere on one link and a half-space on another, or on ground.
+    """A sphere on one link and a half-space, or another sphere, on another, or on ground.
 
     Parameters
     ----------
@@ -52,6 +55,8 @@ class SphereContact:
         [m]
     frame : (4, 4) array_like
         Of the half-space, on its link: it is where x is positive.
+    other_radius : float
+        Of a sphere about the frame's origin in place of the half-space; 0: there is none.
     stiffness : float
         k: stiffness^(2/3) of both materials as springs in series [N^(2/3)/m^(4/3)].
     dissipation : float
@@ -91,6 +96,7 @@ class SphereContact:
     dynamic_friction: float = 0.0
     viscous_friction: float = 0.0
     transition_velocity: float = 0.01
+    other_radius: float = 0.0
     share: float = 0.5
     smooth: bool = False
     constant_contact_force: float = 1e-5
@@ -103,7 +109,7 @@ class SphereContact:
             link = link_number(f"{what}: {name}", getattr(self, name))
             object.__setattr__(self, name, link)
         object.__setattr__(self, "center", three_numbers(f"{what}: center", self.center, "m"))
-        for name in ("radius", *GIVEN_NUMBERS):
+        for name in ("radius", "other_radius", *GIVEN_NUMBERS):
             positive = name in ("radius", "transition_velocity")
             positive |= self.smooth and name == "dissipation"  # which it divides by
             least = 1e-12 if positive else 0.0
@@ -111,6 +117,8 @@ class SphereContact:
             object.__setattr__(self, name, value)
         if self.share > 1.0:
             raise ParameterError(f"{what}: share = {self.share:g} is outside [0, 1]")
+        if self.smooth and self.other_radius:
+            raise ParameterError(f"{what}: the smooth form is of a half-space")
 
 
 def contact_row(force: SphereContact) -> np.ndarray:
@@ -121,14 +129,17 @@ def contact_row(force: SphereContact) -> np.ndarray:
     row[POSE:CENTER] = np.r_[H[:3, :3].ravel(), H[:3, 3]]
     row[CENTER:RADIUS], row[RADIUS] = force.center, force.radius
     row[GIVEN:SMOOTH] = [getattr(force, name) for name in GIVEN_NUMBERS]
-    row[SMOOTH] = force.smooth
+    row[SMOOTH], row[OTHER] = force.smooth, force.other_radius
+    row[EFFECTIVE] = force.radius
+    if force.other_radius:
+        row[EFFECTIVE] /= 1.0 + force.radius / force.other_radius
     return row
 
 
 @kernel
 def normal_force(row, d, d_rate):
     """The force across the surface, at an indentation and its rate."""
-    k, c, radius = row[K], row[C], row[RADIUS]
+    k, c, radius = row[K], row[C], row[EFFECTIVE]
     if row[SMOOTH] == 0.0:
         if d <= 0.0:
             return 0.0
@@ -148,18 +159,33 @@ def friction(row, slip):
 
 
 @kernel(allocates=True)
+def towards(way, R):
+    """Write a rotation R (3, 3) whose x points along a way (3,), which is not zero."""
+    x = way / math.sqrt(way @ way)
+    least = np.abs(x).argmin()
+    y = -x[least] * x
+    y[least] += 1.0
+    y /= math.sqrt(y @ y)
+    R[:, 0], R[:, 1], R[:, 2] = x, y, np.cross(x, y)
+
+
+@kernel(allocates=True)
 def add_contact(joints, parents, R, p, axes, row, v, Q):
     """Add a contact's generalized forces to Q (N,), at the speeds v (N,) of the tree."""
     n, links = v.size, row[LINKS:POSE]
     R_h, x_h, center = np.empty((3, 3)), np.empty(3), np.empty(3)
     placed(R, p, int(links[0]), row[POSE:CENTER], R_h, x_h)
-    number, d = int(links[1]), row[RADIUS]
+    number = int(links[1])
     for i in range(3):
         center[i] = row[CENTER + i]
         if number >= 0:
             center[i] = p[number, i]
             for k in range(3):
                 center[i] += R[number, i, k] * row[CENTER + k]
+    if row[OTHER] > 0.0:
+        towards(x_h - center, R_h)
+    d = row[RADIUS] + row[OTHER]
+    for i in range(3):
         d += R_h[i, 0] * (center[i] - x_h[i])
     if row[SMOOTH] == 0.0 and d <= 0.0:
         return
