@@ -126,7 +126,7 @@ class Bodies:
                 body.refuse()
             self._add_owner(_body_path(body.name), body)
         for tag, path in (("components", ""), ("FrameSet", ""), ("ComponentSet", "/componentset")):
-            self._add_offsets(path, model.items(tag))
+            self._add_offsets(path, [each for each in model.items(tag) if each.tag in FRAMES])
         joints = model.items("JointSet")
         for joint in joints:
             self._add_offsets(joint_path(joint), joint.items("frames"))

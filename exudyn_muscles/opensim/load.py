@@ -21,7 +21,7 @@ from ..skeleton.passive import PassiveForce, add_passive_forces
 from ..skeleton.reading import JOINTS
 from .actuators import ACTUATORS, read_actuator
 from .bodies import Bodies, Link
-from .components import named_apart, warn_of_controllers
+from .components import named_apart, refuse_active, warn_of_controllers
 from .document import read_document
 from .external_loads import read_external_loads
 from .joints import Coordinate
@@ -45,6 +45,9 @@ HARMLESS = (
 # Optimal force [N or N m] of what moves a coordinate without a task, or a prescribed one: a body's
 # weight costs 5e-5 of what a muscle at its full force does.
 FREELY = 1e5
+
+# What of a model may be among its further components, too.
+FORCES = {*CLASSES, *PASSIVE, *ACTUATORS}
 
 
 class Content(NamedTuple):
@@ -122,14 +125,18 @@ def read_model(
     """
     model = read_document(file)
     model.allow(*READ, *HARMLESS)
+    beside = [*model.items("components"), *model.items("ComponentSet")]
+    geometries = (each for each in beside if each.tag.startswith("Contact"))
+    surfaces = {each.name: each for each in (*model.items("ContactGeometrySet"), *geometries)}
+    refuse_active(each for each in beside if each.tag not in FORCES and each.name not in surfaces)
     bodies = Bodies(model)
     if not bodies.links:
         raise model.error("it has no coordinates")
     warn_of_controllers(model)
     muscles, reserves, passive, idle = [], [], [], set()
-    surfaces = {each.name: each for each in model.items("ContactGeometrySet")}
     more = [read_document(each, "ForceSet").members() for each in force_sets]
-    own = [] if only_sets else model.items("ForceSet")
+    forces_beside = [each for each in beside if each.tag in FORCES]
+    own = [] if only_sets else [*model.items("ForceSet"), *forces_beside]
     for force in named_apart([*own, *chain.from_iterable(more)]):
         if not force.is_on:
             idle.add(force.name)

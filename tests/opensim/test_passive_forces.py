@@ -84,3 +84,22 @@ def test_forces_at_rest_come_from_an_energy(name, tmp_path, numbers):
         slopes = np.array([(force(q + e * x) - force(q - e * x)) / (2 * e) for x in np.eye(len(q))])
     assert np.abs(slopes).max() > 10.0
     np.testing.assert_allclose(slopes, slopes.T, rtol=0, atol=1e-6 * np.abs(slopes).max())
+
+
+def test_forces_may_be_among_the_components(tmp_path):
+    """As OpenSim's Moco examples have their contact: surfaces and forces beside the sets."""
+    text = passive_models.model("smooth_contact")
+    contact = passive_models.FORCES["smooth_contact"].replace("/contactgeometryset/", "/")
+    surfaces = passive_models.SURFACES.removeprefix("<ContactGeometrySet><objects>")
+    moved = text.replace(passive_models.FORCES["smooth_contact"], "").replace(
+        passive_models.SURFACES, ""
+    )
+    beside = surfaces.removesuffix("</objects></ContactGeometrySet>").strip() + contact
+    moved = moved.replace("</Model>", f"<components>{beside}</components></Model>")
+    found = []
+    for each in (text, moved):
+        model = load(tmp_path, each)
+        with model.skeleton.opened():
+            found.append(model.skeleton.dynamics_at(np.full(6, 0.01), np.zeros(6), 0.0).bias)
+    np.testing.assert_array_equal(*found)
+    assert np.abs(found[0]).max() > 100.0
