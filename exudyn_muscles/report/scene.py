@@ -1,0 +1,191 @@
+"""The moving scene of a page, for the player of k3d."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..model import MusculoskeletalModel
+from ..results.trajectory import Trajectory
+from ..view.colors import ACTIVE, BONE, RELAXED, SURFACE
+from . import bellies, bones
+from .frames import Frames, sampled
+from .tubes import on_vertices, triangles, tube
+
+FLESH = (0.93, 0.74, 0.64)
+TENDON = (0.93, 0.90, 0.82)
+FORCE = (0.10, 0.55, 0.25)
+FLESH_OPACITY, SURFACE_OPACITY = 0.16, 0.45
+ARROW = 0.45  # length of the largest external force, as part of the scene's size
+ARROW_RADIUS, ARROW_HEAD = 0.008, 0.12  # radius and head, as parts of the size and the length
+SMALLEST_BONE = 0.01  # part of the scene's size
+GRAIN = 2.0**13  # 1/m: places are rounded to 0.12 mm, which halves the page
+COMPRESSION = 6  # of zlib
+FIELD = 35.0  # deg of the camera
+ASIDE = (0.25, 0.12)  # how far the camera is to the right and above, over the distance
+
+
+class Scene(NamedTuple):
+    """What k3d plays, and the numbers under which it knows the parts.
+
+    `muscles` are the numbers of the muscles' bodies (0: it has no path to draw), `flesh` and
+    `surfaces` those of parts that may be hidden, `bones` those of every segment.
+    """
+
+    snapshot: bytes
+    time: np.ndarray
+    muscles: list[int]
+    flesh: list[int]
+    surfaces: list[int]
+    bones: list[list[int]]
+
+
+def build(model: MusculoskeletalModel, trajectory: Trajectory, directions: np.ndarray) -> Scene:
+    """The scene of a model along a trajectory, seen along `directions` (3, 3), as of `render`."""
+    import k3d
+
+    frames = sampled(model, trajectory)
+    points = _extent(frames)
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = float(np.linalg.norm(high - low)) or 1.0
+    with warnings.catch_warnings():  # k3d's own, of float64
+        warnings.simplefilter("ignore")
+        plot = k3d.plot(
+            camera_auto_fit=False, grid_visible=False, menu_visibility=False, axes_helper=0.0,
+            background_color=0xFFFFFF, camera_fov=FIELD, mode="callback", fps=30.0,
+            colorbar_object_id=0, lighting=1.6, logarithmic_depth_buffer=False, antialias=1, camera=_camera(points, directions),
+            time=float(frames.time[0]),
+        )  # fmt: skip
+        skeleton, flesh = [], []
+        for k, segment in enumerate(frames.segments):
+            moves = {"model_matrix": _over(frames.time, frames.bodies[:, k])}
+            own = bones.bones(segment, SMALLEST_BONE * size)
+            own += [each for each in [bones.hull(segment, model.paths)] if each is not None]
+            skeleton.append([_add(plot, part, BONE, **moves) for part in own])
+            around = bones.flesh(segment)
+            if around is not None:
+                flesh.append(_add(plot, around, FLESH, opacity=FLESH_OPACITY, **moves))
+        fixed = bones.hull(None, model.paths)
+        if fixed is not None:
+            _add(plot, fixed, BONE, flat_shading=True)
+        muscles = [_muscle(plot, frames, model, trajectory, i) for i in range(len(model.muscles))]
+        surfaces = []
+        for shape, poses, half in frames.surfaces:
+            part = bones.surface(shape, poses[0], half)
+            moves = {"model_matrix": _over(frames.time, poses)}
+            surfaces.append(_add(plot, part, SURFACE, opacity=SURFACE_OPACITY, **moves))
+        for vertices in _arrows(frames, size):
+            corners = triangles(len(ARROW_SHAPE))
+            _add(plot, (_over(frames.time, vertices), corners), FORCE)
+        snapshot = plot.get_binary_snapshot(COMPRESSION)
+    return Scene(snapshot, frames.time, muscles, flesh, surfaces, skeleton)
+
+
+def _muscle(
+    plot: Any, frames: Frames, model: MusculoskeletalModel, trajectory: Trajectory, i: int
+) -> int:
+    """Add the body of a muscle, colored by its activation."""
+    if min(len(lines[i]) for lines in frames.paths) < 2:
+        return 0  # its path is a function
+    rows = np.searchsorted(trajectory.time, frames.time)
+    F0 = list(model.muscles)[i].max_isometric_force
+    along = trajectory.musculotendon_lengths[rows, i] - trajectory.tendon_lengths[rows, i]
+    along = np.where(np.isfinite(along), along, trajectory.fiber_lengths[rows, i])
+    vertices = bellies.shapes(frames.paths, i, along, trajectory.tendon_forces[rows, i], F0)
+    values = on_vertices(bellies.activations(np.nan_to_num(trajectory.activations[rows, i])))
+    number = _add(
+        plot,
+        (_over(frames.time, vertices), triangles(sum(bellies.RINGS))),
+        None,
+        attribute=_over(frames.time, values),
+        color_map=np.array(COLOR_MAP, dtype=np.float32).ravel(),
+        color_range=[bellies.ON_TENDON, 1.0],
+        click_callback=_clicked,
+    )
+    return number
+
+
+# Place, red, green, blue: tendons, and then activations from 0 to 1.
+COLOR_MAP = ((0.0, *TENDON), (0.49, *TENDON), (0.5, *RELAXED), (1.0, *ACTIVE))
+
+
+def _clicked(*_: Any) -> None:
+    """That there is one makes k3d tell the page of clicks."""
+
+
+def _add(plot: Any, mesh: tuple, color: tuple[float, ...] | None, **options: Any) -> int:
+    """Add a mesh, whose vertices may move; its number."""
+    import k3d
+
+    vertices, corners = mesh
+    if color is not None:
+        red, green, blue = (round(255 * part) for part in color)
+        options["color"] = (red << 16) + (green << 8) + blue
+    if not isinstance(vertices, Mapping):
+        vertices = vertices.astype(np.float32)
+    moves = options.pop("model_matrix", None)
+    made = k3d.mesh(vertices, corners, **{"flat_shading": False, "side": "double", **options})
+    if moves is not None:  # k3d's constructor takes one that stays
+        made.set_trait("model_matrix", moves)
+    plot += made
+    return int(made.id)
+
+
+def _over(time: np.ndarray, values: np.ndarray) -> dict[str, np.ndarray]:
+    """Values (k, ...) at times as k3d takes them."""
+    rounded = np.round(values * GRAIN) / GRAIN if values.shape[-1] == 3 else values
+    return {
+        f"{t:.6f}": np.ascontiguousarray(value, dtype=np.float32)
+        for t, value in zip(time, rounded, strict=True)
+    }
+
+
+# Part of the length before the head, or of the head, and radius over that of the shaft.
+ARROW_SHAPE = ((0.0, 0.0, 1.0), (1.0, 0.0, 1.0), (1.0, 0.0, 2.6), (1.0, 1.0, 0.01))
+
+
+def _arrows(frames: Frames, size: float) -> Iterator[np.ndarray]:
+    """Vertices (k, v, 3) of an arrow for every external force, which begins where it acts."""
+    largest = max(
+        (np.linalg.norm(values[:, 1], axis=1).max() for values in frames.forces.values()),
+        default=0.0,
+    )
+    if largest == 0.0:
+        return
+    shape = np.array(ARROW_SHAPE)
+    for values in frames.forces.values():
+        start, force = values[:, 0], values[:, 1]
+        whole = force * ARROW * size / largest
+        length = np.linalg.norm(whole, axis=1)
+        share = np.minimum(1.0, ARROW_HEAD * ARROW * size / np.maximum(length, 1e-9))
+        along = shape[:, 0] * (1.0 - share[:, None]) + shape[:, 1] * share[:, None]
+        points = start[:, None] + along[:, :, None] * whole[:, None]
+        radii = ARROW_RADIUS * size * shape[:, 2] * (length > 1e-3 * size)[:, None]
+        yield tube(points, radii)
+
+
+def _extent(frames: Frames) -> np.ndarray:
+    """Points (j, 3) that the camera has to see."""
+    found = [frames.bodies[..., :3, 3].reshape(-1, 3)]
+    found += [line for lines in frames.paths for line in lines]
+    for k, segment in enumerate(frames.segments):
+        own = np.vstack([segment.joints, 2.0 * segment.center - segment.joints[:1]])
+        poses = frames.bodies[:, k]
+        placed = own @ poses[:, :3, :3].transpose(0, 2, 1) + poses[:, None, :3, 3]
+        found.append(placed.reshape(-1, 3))
+    return np.vstack(found)
+
+
+def _camera(points: np.ndarray, directions: np.ndarray) -> list[float]:
+    """Place, target and upward direction; slightly from the right and from above."""
+    right, up, towards = directions
+    seen = points @ directions.T
+    center = 0.5 * (seen.min(axis=0) + seen.max(axis=0)) @ directions
+    half = 0.5 * np.ptp(seen, axis=0).max()
+    distance = 1.25 * half / np.tan(np.radians(0.5 * FIELD))
+    look = towards + ASIDE[0] * right + ASIDE[1] * up
+    place = center + distance * look / np.linalg.norm(look)
+    return [float(x) for x in (*place, *center, *up)]
