@@ -74,7 +74,7 @@ def _rings(line: np.ndarray, fiber: float) -> tuple[np.ndarray, float, float]:
     belly = float(np.clip(fiber / length if length > 0.0 else 1.0, SHORTEST, LONGEST)) * length
     first = BEFORE * (length - belly)
     ends = [0.0, first, first + belly, length]
-    at = np.concatenate([np.linspace(*ends[i : i + 2], RINGS[i]) for i in range(3)])
+    at = np.concatenate([np.linspace(ends[i], ends[i + 1], RINGS[i]) for i in range(3)])
     fixed = np.cumsum([0, *RINGS])  # where tendons and belly begin and end
     free = np.setdiff1d(np.arange(at.size), np.concatenate([fixed[:-1], fixed[1:] - 1]))
     for bend in s[1:-1]:

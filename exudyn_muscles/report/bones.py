@@ -66,8 +66,10 @@ def flesh(segment: Segment) -> Mesh | None:
     """The homogeneous ellipsoid with the mass and inertia of a segment, in its frame; None if its
     inertia is none of a body of tissue in space."""
     moments, axes = np.linalg.eigh(segment.tensor)
-    squares = 2.5 / segment.mass * (moments.sum() - 2.0 * moments) if segment.mass > 0.0 else -1.0
-    if not np.all(squares > 1e-6):
+    if segment.mass <= 0.0:
+        return None
+    squares = 2.5 / segment.mass * (moments.sum() - 2.0 * moments)
+    if not (squares > 1e-6).all():
         return None
     density = segment.mass / (4.0 / 3.0 * np.pi * np.sqrt(squares.prod()))
     if density < LIGHTEST:

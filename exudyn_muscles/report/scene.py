@@ -56,8 +56,8 @@ def build(model: MusculoskeletalModel, trajectory: Trajectory, directions: np.nd
         plot = k3d.plot(
             camera_auto_fit=False, grid_visible=False, menu_visibility=False, axes_helper=0.0,
             background_color=0xFFFFFF, camera_fov=FIELD, mode="callback", fps=30.0,
-            colorbar_object_id=0, lighting=1.6, logarithmic_depth_buffer=False, antialias=1, camera=_camera(points, directions),
-            time=float(frames.time[0]),
+            colorbar_object_id=0, lighting=1.6, logarithmic_depth_buffer=False, antialias=1,
+            camera=_camera(points, directions), time=float(frames.time[0]),
         )  # fmt: skip
         skeleton, flesh = [], []
         for k, segment in enumerate(frames.segments):

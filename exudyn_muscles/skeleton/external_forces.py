@@ -103,7 +103,7 @@ def check_external_forces(mbs: exu.MainSystem, start: float, end: float) -> None
 def external_forces_shown(mbs: exu.MainSystem) -> dict[str, Callable[[float], np.ndarray]]:
     """Functions of time for all external forces that have a force, by their names: where it acts
     [m] and what it is [N], (2, 3) in ground at Exudyn's visualization state."""
-    found = {}
+    found: dict[str, Callable[[float], np.ndarray]] = {}
     for number in range(mbs.systemData.NumberOfLoads()):
         acting = _acting(mbs, number)
         if acting is not None and acting.external_force.force is not None:
