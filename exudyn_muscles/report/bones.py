@@ -8,9 +8,13 @@ have on it, as a pelvis is.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, QhullError
 
+from ..errors import ParameterError
 from ..path.frames import GROUND
 from ..path.paths import COORDINATE, Paths
 from ..path.surfaces import CYLINDER
@@ -27,6 +31,38 @@ LIGHTEST = 200.0
 UNLIMITED = 3.0  # half the length that is drawn of an unlimited cylinder, in radii
 
 Mesh = tuple[np.ndarray, np.ndarray]  # vertices (v, 3) [m], corners of triangles (t, 3)
+
+
+def checked_meshes(
+    meshes: Mapping[int, tuple[ArrayLike, ArrayLike]], segments: Sequence[Segment]
+) -> dict[int, Mesh]:
+    """A user's meshes by the numbers of their segments, or ParameterError."""
+    numbers, found = [GROUND, *(segment.number for segment in segments)], {}
+    for link, mesh in meshes.items():
+        if int(link) not in numbers:
+            raise ParameterError(
+                f"meshes: {link} is no segment with a mass; these are "
+                f"{', '.join(map(str, numbers))} (-1 is ground)"
+            )
+        try:
+            vertices, corners = (np.array(part) for part in mesh)
+        except (TypeError, ValueError) as error:
+            raise ParameterError(f"meshes: of {link}: {error}") from error
+        flat = vertices.ndim != 2 or corners.ndim != 2 or len(corners) == 0
+        if flat or vertices.shape[1] != 3 or corners.shape[1] != 3:
+            raise ParameterError(
+                f"meshes: {link} needs vertices (v, 3) and corners (t, 3), got {vertices.shape} "
+                f"and {corners.shape}"
+            )
+        if not np.isfinite(vertices.astype(float)).all():
+            raise ParameterError(f"meshes: vertices of {link} must be finite")
+        if corners.min() < 0 or corners.max() >= len(vertices):
+            raise ParameterError(
+                f"meshes: corners of {link} are rows of its {len(vertices)} vertices, got "
+                f"{corners.min()} to {corners.max()}"
+            )
+        found[int(link)] = vertices.astype(float), corners.astype(np.uint32)
+    return found
 
 
 def bones(segment: Segment, smallest: float) -> list[Mesh]:

@@ -8,26 +8,37 @@ from typing import Any
 import numpy as np
 
 from ..errors import ParameterError
-from ..plot.styles import COLORS, METHOD_NAMES
+from ..plot.styles import COLORS, styles
 from ..results.trajectory import Trajectory
 
 MOST_ROWS = 600  # of a curve; longer ones are thinned evenly
 
 
-def contents(trajectory: Trajectory, groups: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    """Names and curves of a trajectory, ready for JSON: degrees and millimetres, N m and N."""
+def contents(
+    trajectories: Sequence[Trajectory], groups: Mapping[str, Sequence[str]]
+) -> dict[str, Any]:
+    """Names and curves of trajectories of one model, ready for JSON."""
+    first = trajectories[0]
+    return {
+        "colors": list(COLORS),
+        "muscles": list(first.muscle_names),
+        "groups": {name: list(members) for name, members in groups.items()},
+        "coordinates": list(first.coordinate_names),
+        "angles": [unit == "rad" for unit in first.coordinate_units],
+        "results": [
+            {"label": style.label, "status": one.status.name.lower(), **_curves(one)}
+            for style, one in zip(styles(trajectories), trajectories, strict=True)
+        ],
+    }
+
+
+def _curves(trajectory: Trajectory) -> dict[str, Any]:
+    """Degrees and millimetres, N m and N."""
     points = _thinned(len(trajectory.time))
     windows = _thinned(trajectory.windows)
     angles = np.array(trajectory.coordinate_units) == "rad"
     errors = trajectory.tracking_errors()[points] * np.where(angles, np.degrees(1.0), 1e3)
     return {
-        "title": METHOD_NAMES.get(trajectory.method, trajectory.method),
-        "status": trajectory.status.name.lower(),
-        "colors": list(COLORS),
-        "muscles": list(trajectory.muscle_names),
-        "groups": {name: list(members) for name, members in groups.items()},
-        "coordinates": list(trajectory.coordinate_names),
-        "angles": angles.tolist(),
         "time": _numbers(trajectory.time[points]),
         "ends": _numbers(trajectory.window_time[1:][windows]),
         "errors": _columns(errors),
@@ -36,7 +47,6 @@ def contents(trajectory: Trajectory, groups: Mapping[str, Sequence[str]]) -> dic
         "excitations": _columns(trajectory.excitation_values[windows]),
         "low": _columns(trajectory.force_min[windows]),
         "high": _columns(trajectory.force_max[windows]),
-        "recruited": _columns(trajectory.force_optimal[windows]),
         "unmet": _columns(trajectory.torques_unmet[windows]),
         "ideal": _columns(trajectory.torques_ideal[points]),
     }

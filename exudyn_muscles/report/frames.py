@@ -45,6 +45,17 @@ class Frames(NamedTuple):
     surfaces: list[tuple[int, np.ndarray, float]]
     forces: dict[str, np.ndarray]
 
+    def moved(self, offset: np.ndarray) -> Frames:
+        """All of it, moved by an offset (3,) [m]."""
+        shift = np.zeros((4, 4))
+        shift[:3, 3] = offset
+        return self._replace(
+            bodies=self.bodies + shift,
+            paths=[[line + offset for line in lines] for lines in self.paths],
+            surfaces=[(shape, poses + shift, half) for shape, poses, half in self.surfaces],
+            forces={name: x + np.array([offset, 0.0 * offset]) for name, x in self.forces.items()},
+        )
+
 
 def frame_times(trajectory: Trajectory) -> np.ndarray:
     """Points of time of the trajectory, evenly chosen: about `RATE` a second."""

@@ -18,7 +18,7 @@
   const scene = await k3d.CreateK3DAndLoadBinarySnapshot(bytes("scene-source").buffer, $("scene"));
 
   // Time: k3d's is the only one.
-  const frames = data.frames, start = frames[0], end = frames[frames.length - 1];
+  const { results, start, end } = data;
   const chosen = new Set(), slider = $("time");
   Object.assign(slider, { min: start, max: end, step: (end - start) / 1000 || 1, value: start });
   let now = start;
@@ -58,9 +58,10 @@
 
   // What is hidden.
   for (const part of ["flesh", "surfaces"]) {
-    $(part).parentElement.hidden = data[part].length === 0;
+    const ids = results.flatMap((result) => result[part]);
+    $(part).parentElement.hidden = ids.length === 0;
     $(part).addEventListener("change", () => {
-      for (const id of data[part]) scene.getObjectById(id).visible = $(part).checked;
+      for (const id of ids) scene.getObjectById(id).visible = $(part).checked;
       scene.render();
     });
   }
@@ -68,25 +69,34 @@
   // Curves. Plotly reads tags in names: they are escaped.
   const plain = (name) => name.replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
   const nonzero = (values) => values.some((x) => x !== null && Math.abs(x) > 1e-9);
-  const lines = (values, x, keep) => values
-    .map((y, j) => ({ x, y, name: plain(data.coordinates[j]), line: { width: 1.3 }, j }))
-    .filter((one) => nonzero(one.y) && keep(one.j));
+  const dashes = ["solid", "dash", "dashdot", "longdash"];
+  const tones = ["#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22", "#17becf"];
+  // One result needs no name, several are told apart by their dashes.
+  const of = (name, r) => plain(name) + (results.length > 1 ? ", " + plain(results[r].label) : "");
+  const dash = (r) => dashes[r % dashes.length];
+  const lines = (quantity, time, keep) => results.flatMap((result, r) => result[quantity]
+    .map((y, j) => ({
+      x: result[time], y, name: of(data.coordinates[j], r), j,
+      line: { width: 1.3, color: tones[j % tones.length], dash: dash(r) },
+    }))
+    .filter((one) => nonzero(one.y) && keep(one.j)));
   const angle = (j) => data.angles[j], place = (j) => !data.angles[j];
-  const ofMuscles = (make) => [...chosen].flatMap((i, k) => make(i, data.colors[k % data.colors.length]));
+  const ofMuscles = (make) => [...chosen].flatMap((i, k) => results.flatMap(
+    (result, r) => make(result, i, data.colors[k % data.colors.length], of(data.muscles[i], r), r)));
   const panels = () => [
-    ["tracking error [deg]", lines(data.errors, data.time, angle)],
-    ["tracking error [mm]", lines(data.errors, data.time, place)],
-    ["excitation, activation (dotted)", ofMuscles((i, color) => [
-      { x: data.ends, y: data.excitations[i], line: { color, width: 1.6, shape: "vh" }, name: plain(data.muscles[i]) + ": u" },
-      { x: data.time, y: data.activations[i], line: { color, width: 1.3, dash: "dot" }, name: plain(data.muscles[i]) + ": a" },
+    ["tracking error [deg]", lines("errors", "time", angle)],
+    ["tracking error [mm]", lines("errors", "time", place)],
+    ["excitation, activation (dotted)", ofMuscles((result, i, color, name, r) => [
+      { x: result.ends, y: result.excitations[i], line: { color, width: 1.6, shape: "vh", dash: dash(r) }, name: name + ": u" },
+      { x: result.time, y: result.activations[i], line: { color, width: 1.3, dash: "dot" }, name: name + ": a" },
     ])],
-    ["force within its reach [N]", ofMuscles((i, color) => [
-      { x: data.ends, y: data.low[i], line: { width: 0 }, hoverinfo: "skip" },
-      { x: data.ends, y: data.high[i], line: { width: 0 }, fill: "tonexty", fillcolor: color + "28", hoverinfo: "skip" },
-      { x: data.time, y: data.forces[i], line: { color, width: 1.6 }, name: plain(data.muscles[i]) },
+    ["force within its reach [N]", ofMuscles((result, i, color, name, r) => [
+      { x: result.ends, y: result.low[i], line: { width: 0 }, hoverinfo: "skip" },
+      { x: result.ends, y: result.high[i], line: { width: 0 }, fill: "tonexty", fillcolor: color + "28", hoverinfo: "skip" },
+      { x: result.time, y: result.forces[i], line: { color, width: 1.6, dash: dash(r) }, name },
     ])],
-    ["unmet torque [N m] or force [N]", lines(data.unmet, data.ends, () => true)],
-    ["torque of reserves [N m] or force [N]", lines(data.ideal, data.time, () => true)],
+    ["unmet torque [N m] or force [N]", lines("unmet", "ends", () => true)],
+    ["torque of reserves [N m] or force [N]", lines("ideal", "time", () => true)],
   ];
   const draw = async () => {
     const all = panels().filter(([title, traces]) => traces.length || !title.includes("error"));
@@ -136,7 +146,7 @@
     });
     return draw();
   };
-  const strongest = data.forces.map((force, i) => [Math.max(...force), i]).sort((a, b) => b[0] - a[0]);
+  const strongest = results[0].forces.map((force, i) => [Math.max(...force), i]).sort((a, b) => b[0] - a[0]);
   const every = data.muscles.map((_, i) => i);
   const groups = [["strongest five", strongest.slice(0, 5).map(([, i]) => i)], ["all muscles", every], ["none", []]];
   for (const [name, members] of Object.entries(data.groups)) {
@@ -150,18 +160,21 @@
   });
   // k3d looks for what was hit in trees of the shapes, which it does not keep up when they move.
   $("scene").addEventListener("pointerdown", () => {
-    for (const id of data.bodies) {
+    for (const id of results.flatMap((result) => result.muscles)) {
       const tree = id && scene.getObjectById(id).geometry.boundsTree;
       if (tree) tree.refit();
     }
   }, true);
   scene.on(scene.events.OBJECT_CLICKED, (hit) => {
-    const i = data.bodies.indexOf(hit.K3DIdentifier);
-    if (i >= 0) choose([i]);
+    for (const result of results) {
+      const i = result.muscles.indexOf(hit.K3DIdentifier);
+      if (i >= 0) choose([i]);
+    }
   });
 
-  $("title").textContent = data.title;
-  $("status").textContent = data.status + ", " + data.muscles.length + " muscles, " + data.coordinates.length + " coordinates";
+  const words = ["", " (dashed)", " (dash-dotted)", " (long dashes)"];
+  $("title").textContent = results.map((one, r) => one.label + words[r % words.length]).join(" | ");
+  $("status").textContent = results.map((one) => one.status).join(" | ") + ", " + data.muscles.length + " muscles, " + data.coordinates.length + " coordinates";
   await choose(groups[0][1]);
   $("curves").on("plotly_relayout", cursor);
   $("curves").on("plotly_click", (hit) => { scene.stopAutoPlay(); scene.setTime(hit.points[0].x); });

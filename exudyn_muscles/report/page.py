@@ -26,16 +26,14 @@ def assembled(scene: Scene, contents: dict[str, Any]) -> str:
 
     k3d_source = files(k3d).joinpath("static", "standalone.js").read_text(encoding="utf-8")
     k3d_source = re.sub(r"url\(fonts/[^)]*\)", "url(data:,)", k3d_source)  # of files beside it
-    shown = contents | {
-        "frames": [round(float(t), 6) for t in scene.time],
-        "bodies": scene.muscles,
-        "flesh": scene.flesh,
-        "surfaces": scene.surfaces,
-        "bones": scene.bones,
-    }
+    results = [
+        result | parts._asdict()
+        for result, parts in zip(contents["results"], scene.parts, strict=True)
+    ]
+    shown = contents | {"results": results, "start": scene.start, "end": scene.end}
     own = files(__package__)
     parts = {
-        "TITLE": html.escape(f"{contents['title']}: {len(contents['muscles'])} muscles"),
+        "TITLE": html.escape(" | ".join(result["label"] for result in results)),
         "STYLE": own.joinpath("page.css").read_text(encoding="utf-8"),
         "SCRIPT": own.joinpath("page.js").read_text(encoding="utf-8"),
         "PLOTLY": _packed(get_plotlyjs().encode()),

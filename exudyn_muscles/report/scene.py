@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..model import MusculoskeletalModel
+from ..path.frames import GROUND
 from ..results.trajectory import Trajectory
 from ..view.colors import ACTIVE, BONE, RELAXED, SURFACE
 from . import bellies, bones
+from .bones import Mesh
 from .frames import Frames, sampled
 from .tubes import on_vertices, triangles, tube
 
@@ -25,63 +27,109 @@ SMALLEST_BONE = 0.01  # part of the scene's size
 GRAIN = 2.0**13  # 1/m: places are rounded to 0.12 mm, which halves the page
 COMPRESSION = 6  # of zlib
 FIELD = 35.0  # deg of the camera
+GAP = 0.15  # between results side by side, as part of their width
 ASIDE = (0.25, 0.12)  # how far the camera is to the right and above, over the distance
 
 
-class Scene(NamedTuple):
-    """What k3d plays, and the numbers under which it knows the parts.
+class Parts(NamedTuple):
+    """Numbers under which k3d knows the parts of one result: those of the muscles' bodies (0: it
+    has no path to draw), of parts that may be hidden, and of every segment's bones."""
 
-    `muscles` are the numbers of the muscles' bodies (0: it has no path to draw), `flesh` and
-    `surfaces` those of parts that may be hidden, `bones` those of every segment.
-    """
-
-    snapshot: bytes
-    time: np.ndarray
     muscles: list[int]
     flesh: list[int]
     surfaces: list[int]
     bones: list[list[int]]
 
 
-def build(model: MusculoskeletalModel, trajectory: Trajectory, directions: np.ndarray) -> Scene:
-    """The scene of a model along a trajectory, seen along `directions` (3, 3), as of `render`."""
+class Scene(NamedTuple):
+    """What k3d plays, from `start` to `end` [s]."""
+
+    snapshot: bytes
+    start: float
+    end: float
+    parts: list[Parts]
+
+
+def build(
+    model: MusculoskeletalModel,
+    trajectories: Sequence[Trajectory],
+    directions: np.ndarray,
+    meshes: Mapping[int, Mesh],
+) -> Scene:
+    """The scene of a model along trajectories, side by side, seen along `directions` (3, 3), as of
+    `render`; `meshes` take the place of the bones of some segments."""
     import k3d
 
-    frames = sampled(model, trajectory)
-    points = _extent(frames)
-    low, high = points.min(axis=0), points.max(axis=0)
-    size = float(np.linalg.norm(high - low)) or 1.0
+    shown = _apart([sampled(model, one) for one in trajectories], directions[0])
+    points = np.vstack([_extent(frames) for frames, _ in shown])
+    size = float(np.linalg.norm(np.ptp(_extent(shown[0][0]), axis=0))) or 1.0
+    start = min(float(frames.time[0]) for frames, _ in shown)
+    end = max(float(frames.time[-1]) for frames, _ in shown)
     with warnings.catch_warnings():  # k3d's own, of float64
         warnings.simplefilter("ignore")
         plot = k3d.plot(
             camera_auto_fit=False, grid_visible=False, menu_visibility=False, axes_helper=0.0,
             background_color=0xFFFFFF, camera_fov=FIELD, mode="callback", fps=30.0,
             colorbar_object_id=0, lighting=1.6, logarithmic_depth_buffer=False, antialias=1,
-            camera=_camera(points, directions), time=float(frames.time[0]),
+            camera=_camera(points, directions), time=start,
         )  # fmt: skip
-        skeleton, flesh = [], []
-        for k, segment in enumerate(frames.segments):
-            moves = {"model_matrix": _over(frames.time, frames.bodies[:, k])}
+        largest = _largest_force([frames for frames, _ in shown])
+        parts = []
+        for trajectory, (frames, offset) in zip(trajectories, shown, strict=True):
+            skeleton, flesh = _segments(plot, frames, model, offset, size, meshes)
+            muscles = [
+                _muscle(plot, frames, model, trajectory, i) for i in range(len(model.muscles))
+            ]
+            surfaces = []
+            for shape, poses, half in frames.surfaces:
+                part = bones.surface(shape, poses[0], half)
+                moves = {"model_matrix": _over(frames.time, poses)}
+                surfaces.append(_add(plot, part, SURFACE, opacity=SURFACE_OPACITY, **moves))
+            for vertices in _arrows(frames, ARROW * size / largest, size):
+                _add(plot, (_over(frames.time, vertices), triangles(len(ARROW_SHAPE))), FORCE)
+            parts.append(Parts(muscles, flesh, surfaces, skeleton))
+        snapshot = plot.get_binary_snapshot(COMPRESSION)
+    return Scene(snapshot, start, end, parts)
+
+
+def _segments(
+    plot: Any,
+    frames: Frames,
+    model: MusculoskeletalModel,
+    offset: np.ndarray,
+    size: float,
+    meshes: Mapping[int, Mesh],
+) -> tuple[list[list[int]], list[int]]:
+    """Add bones and flesh of all segments, and what is seen of ground."""
+    skeleton, flesh = [], []
+    for k, segment in enumerate(frames.segments):
+        moves = {"model_matrix": _over(frames.time, frames.bodies[:, k])}
+        if segment.number in meshes:
+            own = [meshes[segment.number]]
+        else:
             own = bones.bones(segment, SMALLEST_BONE * size)
             own += [each for each in [bones.hull(segment, model.paths)] if each is not None]
-            skeleton.append([_add(plot, part, BONE, **moves) for part in own])
-            around = bones.flesh(segment)
-            if around is not None:
-                flesh.append(_add(plot, around, FLESH, opacity=FLESH_OPACITY, **moves))
-        fixed = bones.hull(None, model.paths)
-        if fixed is not None:
-            _add(plot, fixed, BONE, flat_shading=True)
-        muscles = [_muscle(plot, frames, model, trajectory, i) for i in range(len(model.muscles))]
-        surfaces = []
-        for shape, poses, half in frames.surfaces:
-            part = bones.surface(shape, poses[0], half)
-            moves = {"model_matrix": _over(frames.time, poses)}
-            surfaces.append(_add(plot, part, SURFACE, opacity=SURFACE_OPACITY, **moves))
-        for vertices in _arrows(frames, size):
-            corners = triangles(len(ARROW_SHAPE))
-            _add(plot, (_over(frames.time, vertices), corners), FORCE)
-        snapshot = plot.get_binary_snapshot(COMPRESSION)
-    return Scene(snapshot, frames.time, muscles, flesh, surfaces, skeleton)
+        skeleton.append([_add(plot, part, BONE, **moves) for part in own])
+        around = bones.flesh(segment)
+        if around is not None:
+            flesh.append(_add(plot, around, FLESH, opacity=FLESH_OPACITY, **moves))
+    fixed = meshes.get(GROUND) or bones.hull(None, model.paths)
+    if fixed is not None:
+        vertices, corners = fixed
+        _add(plot, (vertices + offset, corners), BONE, flat_shading=GROUND not in meshes)
+    return skeleton, flesh
+
+
+def _apart(several: list[Frames], right: np.ndarray) -> list[tuple[Frames, np.ndarray]]:
+    """Each beside the one before, and by how much it was moved (3,) [m]."""
+    found: list[tuple[Frames, np.ndarray]] = []
+    edge = 0.0
+    for frames in several:
+        along = _extent(frames) @ right
+        offset = (edge - along.min()) * right if found else np.zeros(3)
+        edge = along.max() + offset @ right + GAP * np.ptp(along)
+        found.append((frames.moved(offset), offset))
+    return found
 
 
 def _muscle(
@@ -147,18 +195,22 @@ def _over(time: np.ndarray, values: np.ndarray) -> dict[str, np.ndarray]:
 ARROW_SHAPE = ((0.0, 0.0, 1.0), (1.0, 0.0, 1.0), (1.0, 0.0, 2.6), (1.0, 1.0, 0.01))
 
 
-def _arrows(frames: Frames, size: float) -> Iterator[np.ndarray]:
-    """Vertices (k, v, 3) of an arrow for every external force, which begins where it acts."""
-    largest = max(
-        (np.linalg.norm(values[:, 1], axis=1).max() for values in frames.forces.values()),
-        default=0.0,
-    )
-    if largest == 0.0:
-        return
+def _largest_force(several: list[Frames]) -> float:
+    """Of all external forces [N]; 1 if there are none."""
+    sizes = [
+        np.linalg.norm(values[:, 1], axis=1).max()
+        for frames in several
+        for values in frames.forces.values()
+    ]
+    return max(sizes, default=0.0) or 1.0
+
+
+def _arrows(frames: Frames, scale: float, size: float) -> Iterator[np.ndarray]:
+    """Vertices (k, v, 3) of an arrow for every external force, which begins where it acts; `scale`
+    is its length for a unit of force [m/N]."""
     shape = np.array(ARROW_SHAPE)
     for values in frames.forces.values():
-        start, force = values[:, 0], values[:, 1]
-        whole = force * ARROW * size / largest
+        start, whole = values[:, 0], scale * values[:, 1]
         length = np.linalg.norm(whole, axis=1)
         share = np.minimum(1.0, ARROW_HEAD * ARROW * size / np.maximum(length, 1e-9))
         along = shape[:, 0] * (1.0 - share[:, None]) + shape[:, 1] * share[:, None]

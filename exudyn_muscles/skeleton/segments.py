@@ -18,10 +18,11 @@ class Segment(NamedTuple):
 
     `joints` (k, 3) are the centers of its joints [m], that towards ground first, `center` (3,) is
     its center of mass [m], `mass` [kg], `tensor` (3, 3) its inertia about the center [kg m^2].
-    `frame` is the number under which paths know it, None if they number otherwise.
+    `number` is that of the tree's link, or of the object; `frame` the one under which paths know
+    it, None if they number otherwise.
     """
 
-    name: str
+    number: int
     mass: float
     center: np.ndarray
     tensor: np.ndarray
@@ -60,7 +61,7 @@ def tree_segments(mbs: exu.MainSystem, number: int, tree: Tree, rows: slice) -> 
         below = [p[other] for other, parent in above.items() if parent == link]
         joints = (np.array([p[link], *below]) - p[link]) @ R[link]
         bodies.append(
-            Segment(f"link {link}", masses[link], centers[link], tensors[link], joints, int(link))
+            Segment(int(link), masses[link], centers[link], tensors[link], joints, int(link))
         )
 
     def poses() -> np.ndarray:

@@ -93,7 +93,7 @@ class Opened:
     def pose(self, segment):
         """The pose (4, 4) of a segment's first bone, as the browser has it."""
         elements = self.page.evaluate(
-            "(k) => { const bone = report.scene.getObjectById(report.data.bones[k][0]);"
+            "(k) => { const bone = report.scene.getObjectById(report.data.results[0].bones[k][0]);"
             "bone.updateMatrixWorld(); return bone.matrixWorld.elements; }",
             segment,
         )
@@ -105,12 +105,13 @@ class Opened:
         self.page.wait_for_timeout(400)
         return self.page.evaluate("report.scene.parameters.time")
 
-    def click(self, muscle):
+    def click(self, muscle, result=0):
         """Click on the middle of a muscle's belly."""
         x, y = self.page.evaluate(
-            """(name) => {
+            """([name, result]) => {
               const { scene, data } = report, world = scene.getWorld();
-              const body = scene.getObjectById(data.bodies[data.muscles.indexOf(name)]);
+              const bodies = data.results[result].muscles;
+              const body = scene.getObjectById(bodies[data.muscles.indexOf(name)]);
               const at = body.geometry.attributes.position, ring = 17 * 8;
               const middle = world.camera.position.clone().set(0, 0, 0), one = middle.clone();
               for (let k = 0; k < 8; k++) middle.add(one.fromBufferAttribute(at, ring + k));
@@ -120,7 +121,7 @@ class Opened:
               return [box.left + (middle.x + 1) / 2 * box.width,
                       box.top + (1 - middle.y) / 2 * box.height];
             }""",
-            muscle,
+            [muscle, result],
         )
         self.page.mouse.move(x, y)
         self.page.mouse.click(x, y)

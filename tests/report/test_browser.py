@@ -1,14 +1,17 @@
 """The pages of results in a real browser without a network."""
 
 from dataclasses import replace
+from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from scipy.spatial import ConvexHull
 
 import exudyn_muscles as em
 from exudyn_muscles.skeleton.tree import tree_frames
-from models import pendulum
+from models import leg, pendulum
 
 from ..opensim import ABSENT
 from .pages import GAIT, NO_PLAYER, RESULTS, Opened, chromium, needs
@@ -62,7 +65,7 @@ def test_the_slider_moves_bones_as_far_as_the_result_says(browser, written, name
         assert opened.go(key) == pytest.approx(result.time[row], abs=1e-6)
         assert opened.page.locator("#now").inner_text() == f"{result.time[row]:.3f} s"
         for segment, place in enumerate(expected[row]):
-            if not opened.page.evaluate("(k) => report.data.bones[k].length", segment):
+            if not opened.page.evaluate("(k) => report.data.results[0].bones[k].length", segment):
                 continue
             shown = opened.pose(segment)[:3, 3]
             np.testing.assert_allclose(shown, place, atol=1e-5)
@@ -138,6 +141,32 @@ def test_pictures(browser, written, tmp_path, name):
         for edge in (image[:2], image[-2:], image[:, :2], image[:, -2:]):
             assert (edge == 1.0).mean() > 0.98  # nothing is cut off
         assert opened.page.evaluate("document.documentElement.scrollWidth") <= width
+    assert opened.faults == []
+
+
+def test_results_side_by_side_and_bones_of_the_users(browser, written, tmp_path):
+    """A cube in place of the thigh, and the curves of both results."""
+    model, result, _ = written("leg")
+    stored = Path(__file__).parents[1] / "reference" / "leg_csf.npz"
+    cube = 0.1 * np.array(list(product((0.0, 1.0), repeat=3)))
+    meshes = {leg.THIGH: (cube, ConvexHull(cube).simplices)}
+    file = tmp_path / "both.html"
+    em.report([result, em.Trajectory.load(stored)], file, model=model, meshes=meshes)
+    opened = Opened(browser, file)
+    assert opened.page.locator("#title").inner_text() == "Consistent CSF | CSF (dashed)"
+    vertices, places = opened.page.evaluate(
+        "() => { const two = report.data.results.map((one) => "
+        "report.scene.getObjectById(one.bones[0][0])); return ["
+        "two.map((bone) => bone.geometry.attributes.position.count),"
+        "two.map((bone) => bone.matrixWorld.elements[12])]; }"
+    )
+    assert vertices == [8, 8]
+    assert places[1] - places[0] > 0.3
+    opened.page.select_option("#group", label="none")
+    opened.click("extensor_digitorum", result=1)
+    assert opened.chosen() == ["extensor_digitorum"]
+    both = {f"extensor_digitorum, {name}: u" for name in ("Consistent CSF", "CSF")}
+    assert both <= set(opened.drawn())
     assert opened.faults == []
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import exudyn_muscles as em
 from exudyn_muscles.cli import main
-from exudyn_muscles.report import bellies, bones
+from exudyn_muscles.report import bellies, bones, scene
 from exudyn_muscles.report.frames import RATE, sampled
 from exudyn_muscles.report.tubes import triangles, tube
 from exudyn_muscles.skeleton.segments import Segment
@@ -55,7 +55,7 @@ def test_flesh_has_mass_and_inertia_of_its_segment():
     mass, axes = 2.0, np.array([0.05, 0.08, 0.2])
     tensor = np.diag([mass / 5.0 * (axes[[1, 2, 0]] ** 2 + axes[[2, 0, 1]] ** 2)][0])
     center = np.array([0.0, 0.0, -0.2])
-    segment = Segment("thigh", mass, center, tensor, np.zeros((1, 3)), 0)
+    segment = Segment(2, mass, center, tensor, np.zeros((1, 3)), 0)
     vertices, _ = bones.flesh(segment)
     np.testing.assert_allclose(np.ptp(vertices, axis=0), 2.0 * axes, rtol=0.03)
     np.testing.assert_allclose(vertices.mean(axis=0), center, atol=1e-3)
@@ -99,6 +99,17 @@ def test_external_forces_begin_where_they_act():
     assert len(frames.forces) == 2 and seen >= 1
 
 
+def test_results_stand_side_by_side():
+    model, result = of_leg()
+    frames = sampled(model, result)
+    (first, none), (second, offset) = scene._apart([frames, frames], np.array([1.0, 0.0, 0.0]))
+    assert (none == 0.0).all() and (first.bodies == frames.bodies).all()
+    moved = second.bodies[..., :3, 3] - first.bodies[..., :3, 3]
+    np.testing.assert_allclose(moved, np.broadcast_to(offset, moved.shape), atol=1e-12)
+    left, right = (np.vstack(one.paths[0])[:, 0] for one in (first, second))
+    assert left.max() < right.min()
+
+
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     for module in ("k3d", "plotly"):
@@ -113,8 +124,9 @@ def test_the_curves_are_the_results(page):
     result, text = page
     data = json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
     assert data["muscles"] == list(result.muscle_names)
+    (curves,) = data["results"]
     np.testing.assert_allclose(
-        data["errors"], np.degrees(result.tracking_errors()).T, rtol=1e-4, atol=1e-12
+        curves["errors"], np.degrees(result.tracking_errors()).T, rtol=1e-4, atol=1e-12
     )
     for name, values in (
         ("time", result.time),
@@ -125,7 +137,7 @@ def test_the_curves_are_the_results(page):
         ("unmet", result.torques_unmet.T),
         ("ideal", result.torques_ideal.T),
     ):
-        np.testing.assert_allclose(np.array(data[name], float), values, rtol=1e-4, err_msg=name)
+        np.testing.assert_allclose(np.array(curves[name], float), values, rtol=1e-4, err_msg=name)
 
 
 def test_a_page_is_small_and_names_no_other_place(page):
@@ -142,6 +154,18 @@ def test_what_is_wrong_is_said(tmp_path, monkeypatch):
         em.report(result, tmp_path / "x.html", model=of_pedalling()[0])
     with pytest.raises(em.ParameterError, match="'calf' names soleus_r; the muscles are"):
         em.report(result, tmp_path / "x.html", model=model, groups={"calf": ["soleus_r"]})
+    with pytest.raises(em.ParameterError, match="no trajectory"):
+        em.report([], tmp_path / "x.html", model=model)
+    corner = np.eye(3)
+    for meshes, message in (
+        ({6: (corner, [[0, 1, 2]])}, r"6 is no segment with a mass; these are -1, 2, 5, 7"),
+        ({2: (corner, [[0, 1, 3]])}, "corners of 2 are rows of its 3 vertices, got 0 to 3"),
+        ({2: (corner[:, :2], [[0, 1, 2]])}, r"2 needs vertices \(v, 3\)"),
+        ({2: (corner * np.nan, [[0, 1, 2]])}, "vertices of 2 must be finite"),
+        ({2: None}, "meshes: of 2"),
+    ):
+        with pytest.raises(em.ParameterError, match=message):
+            em.report(result, tmp_path / "x.html", model=model, meshes=meshes)
     with pytest.raises(em.ParameterError, match="directions"):
         em.report(result, tmp_path / "x.html", model=model, directions=np.ones((3, 3)))
     monkeypatch.setitem(sys.modules, "k3d", None)

@@ -93,9 +93,7 @@ def system_segments(mbs: exu.MainSystem) -> Segments:
             if on in (("body", number), ("node", _node(item)))
         ]
         centers = (np.reshape(places, (-1, 3)) - pose[:3, 3]) @ pose[:3, :3]
-        bodies.append(
-            Segment(item["name"], item["mass"], _center(item), _tensor(item), centers, None)
-        )
+        bodies.append(Segment(number, item["mass"], _center(item), _tensor(item), centers, None))
     return Segments(tuple(bodies), lambda: body_poses(mbs, numbers))
 
 
