@@ -29,6 +29,7 @@ COMPRESSION = 6  # of zlib
 FIELD = 35.0  # deg of the camera
 GAP = 0.15  # between results side by side, as part of their width
 ASIDE = (0.25, 0.12)  # how far the camera is to the right and above, over the distance
+FROM_THE_FRONT = (0.0, 0.05)  # of results that stand side by side, so that they are equally large
 
 
 class Parts(NamedTuple):
@@ -71,7 +72,8 @@ def build(
             camera_auto_fit=False, grid_visible=False, menu_visibility=False, axes_helper=0.0,
             background_color=0xFFFFFF, camera_fov=FIELD, mode="callback", fps=30.0,
             colorbar_object_id=0, lighting=1.6, logarithmic_depth_buffer=False, antialias=1,
-            camera=_camera(points, directions), time=start,
+            time=start,
+            camera=_camera(points, directions, ASIDE if len(shown) == 1 else FROM_THE_FRONT),
         )  # fmt: skip
         largest = _largest_force([frames for frames, _ in shown])
         parts = []
@@ -231,13 +233,13 @@ def _extent(frames: Frames) -> np.ndarray:
     return np.vstack(found)
 
 
-def _camera(points: np.ndarray, directions: np.ndarray) -> list[float]:
-    """Place, target and upward direction; slightly from the right and from above."""
+def _camera(points: np.ndarray, directions: np.ndarray, aside: tuple[float, float]) -> list[float]:
+    """Place, target and upward direction; somewhat from the right and from above."""
     right, up, towards = directions
     seen = points @ directions.T
     center = 0.5 * (seen.min(axis=0) + seen.max(axis=0)) @ directions
     half = 0.5 * np.ptp(seen, axis=0).max()
     distance = 1.25 * half / np.tan(np.radians(0.5 * FIELD))
-    look = towards + ASIDE[0] * right + ASIDE[1] * up
+    look = towards + aside[0] * right + aside[1] * up
     place = center + distance * look / np.linalg.norm(look)
     return [float(x) for x in (*place, *center, *up)]
