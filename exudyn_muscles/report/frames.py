@@ -26,6 +26,8 @@ class Frames(NamedTuple):
     ----------
     time : (k,) ndarray
         [s].
+    rows : (k,) int ndarray
+        Theirs in the trajectory.
     segments : tuple of Segment
         The s bodies, with their joints as at the first time.
     bodies : (k, s, 4, 4) ndarray
@@ -39,6 +41,7 @@ class Frames(NamedTuple):
     """
 
     time: np.ndarray
+    rows: np.ndarray
     segments: tuple[Segment, ...]
     bodies: np.ndarray
     paths: list[list[np.ndarray]]
@@ -100,4 +103,4 @@ def sampled(model: MusculoskeletalModel, trajectory: Trajectory) -> Frames:
         for k, (shape, _, half) in enumerate(wraps[0])
     ]
     found = {name: np.array(values) for name, values in forces.items()}
-    return Frames(time, segments.bodies, np.array(bodies), paths, moving, found)
+    return Frames(time, rows, segments.bodies, np.array(bodies), paths, moving, found)

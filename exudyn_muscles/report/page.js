@@ -17,7 +17,7 @@
   delete window.define;
   const scene = await k3d.CreateK3DAndLoadBinarySnapshot(bytes("scene-source").buffer, $("scene"));
 
-  // Time: k3d's is the only one.
+  // Time: k3d's is the only one; it begins with zero.
   const { results, start, end } = data;
   const chosen = new Set(), slider = $("time");
   Object.assign(slider, { min: start, max: end, step: (end - start) / 1000 || 1, value: start });
@@ -36,10 +36,11 @@
     $("now").textContent = t.toFixed(3) + " s";
     cursor();
   };
-  scene.on(scene.events.TIME_CHANGE, show);
+  scene.on(scene.events.TIME_CHANGE, (t) => show(start + t));
+  const go = (t) => scene.setTime(t - start);
   slider.addEventListener("input", () => {
     scene.stopAutoPlay();
-    scene.setTime(Number(slider.value));
+    go(Number(slider.value));
   });
   $("play").addEventListener("click", () => {
     if (scene.autoPlayed) scene.stopAutoPlay();
@@ -177,10 +178,10 @@
   $("status").textContent = results.map((one) => one.status).join(" | ") + ", " + data.muscles.length + " muscles, " + data.coordinates.length + " coordinates";
   await choose(groups[0][1]);
   $("curves").on("plotly_relayout", cursor);
-  $("curves").on("plotly_click", (hit) => { scene.stopAutoPlay(); scene.setTime(hit.points[0].x); });
+  $("curves").on("plotly_click", (hit) => { scene.stopAutoPlay(); go(hit.points[0].x); });
   new ResizeObserver(cursor).observe($("curves"));
   new ResizeObserver(() => scene.resizeHelper()).observe($("scene"));
-  scene.setTime(start);
+  go(start);
   window.report = { scene, data, chosen };
   document.body.dataset.ready = "yes";
 })();

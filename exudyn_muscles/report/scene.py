@@ -43,7 +43,7 @@ class Parts(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """What k3d plays, from `start` to `end` [s]."""
+    """What k3d plays, from `start` to `end` [s]; its own time begins with zero."""
 
     snapshot: bytes
     start: float
@@ -66,13 +66,15 @@ def build(
     size = float(np.linalg.norm(np.ptp(_extent(shown[0][0]), axis=0))) or 1.0
     start = min(float(frames.time[0]) for frames, _ in shown)
     end = max(float(frames.time[-1]) for frames, _ in shown)
+    # k3d plays from zero, also when it begins anew.
+    shown = [(frames._replace(time=frames.time - start), offset) for frames, offset in shown]
     with warnings.catch_warnings():  # k3d's own, of float64
         warnings.simplefilter("ignore")
         plot = k3d.plot(
             camera_auto_fit=False, grid_visible=False, menu_visibility=False, axes_helper=0.0,
             background_color=0xFFFFFF, camera_fov=FIELD, mode="callback", fps=30.0,
             colorbar_object_id=0, lighting=1.6, logarithmic_depth_buffer=False, antialias=1,
-            time=start,
+            time=0.0,
             camera=_camera(points, directions, ASIDE if len(shown) == 1 else FROM_THE_FRONT),
         )  # fmt: skip
         largest = _largest_force([frames for frames, _ in shown])
@@ -140,7 +142,7 @@ def _muscle(
     """Add the body of a muscle, colored by its activation."""
     if min(len(lines[i]) for lines in frames.paths) < 2:
         return 0  # its path is a function
-    rows = np.searchsorted(trajectory.time, frames.time)
+    rows = frames.rows
     F0 = list(model.muscles)[i].max_isometric_force
     along = trajectory.musculotendon_lengths[rows, i] - trajectory.tendon_lengths[rows, i]
     along = np.where(np.isfinite(along), along, trajectory.fiber_lengths[rows, i])

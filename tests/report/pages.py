@@ -103,7 +103,7 @@ class Opened:
         """Press a key on the slider, and wait until the scene is there."""
         self.page.locator("#time").press(key)
         self.page.wait_for_timeout(400)
-        return self.page.evaluate("report.scene.parameters.time")
+        return self.page.evaluate("report.data.start + report.scene.parameters.time")
 
     def click(self, muscle, result=0):
         """Click on the middle of a muscle's belly."""
