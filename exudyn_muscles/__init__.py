@@ -71,6 +71,7 @@ from .recruitment.normalizers import (
 )
 from .recruitment.optimization import Solver
 from .recruitment.settings import RecruitmentSettings
+from .report import report
 from .results.comparison import Difference
 from .results.counts import Counts, Status
 from .results.excitations import Excitations
@@ -196,6 +197,7 @@ __all__ = [
     "opensim",
     "plot",
     "read_storage",
+    "report",
     "simm_spline",
     "static_optimization",
     "storage",

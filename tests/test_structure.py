@@ -14,7 +14,7 @@ PACKAGE = Path(exudyn_muscles.__file__).parent
 FLOORS = [
     "errors", "checks", "files", "numerics", "path", "muscle", "forces", "skeleton",
     "model motion", "recruitment", "results", "simulation", "methods", "opensim plot view",
-    "storage", "", "cli",
+    "report storage", "", "cli",
 ]  # fmt: skip
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms.split() or [""]}
 LONGEST = 350  # lines of a file

@@ -231,6 +231,30 @@ def build_parser() -> argparse.ArgumentParser:
         "are in rad, as in the files",
     )
 
+    report = command(
+        "report",
+        commands.report,
+        "write a stored result as one page that opens in any browser",
+        f"example: {PROGRAM} report out/leg_csf.npz models/leg.py\n"
+        "writes out/leg_csf.html: the moving skeleton with its muscles, and curves beside it;\n"
+        "needs k3d and plotly: pip install 'exudyn_muscles[report]'",
+    )
+    report.add_argument(
+        "result", metavar="RESULT", type=Path, help="result (.npz) of run, cmc or compare"
+    )
+    report.add_argument(
+        "model",
+        metavar="MODEL",
+        type=Path,
+        help="model that it is of: Python file, OpenSim model (.osim) or set-up of its CMC (.xml)",
+    )
+    report.add_argument(
+        "--out",
+        metavar="FILE",
+        type=Path,
+        help="page, its folder made if needed; default the result's name with .html",
+    )
+
     curves = command(
         "curves",
         commands.curves,

@@ -14,6 +14,7 @@ from ..files.disk import write_file
 from ..methods.cmc import computed_muscle_control
 from ..methods.cosimulation import cosimulate
 from ..methods.cosimulation_settings import Scheme
+from ..report import report as write_report
 from ..results.trajectory import Trajectory
 from .files import draw_all, made_folder, result_file, save, save_figure
 from .names import CMC_STEPS, DIFFER, KP, METHODS, PAPER, STEP
@@ -26,7 +27,7 @@ from .report import (
     summary,
 )
 from .settings import method_function, refuse_foreign_options, velocity_gain
-from .sources import Source, damped, load_law, load_model
+from .sources import Source, damped, load_law, load_model, load_skeleton
 from .terminal import one_line_warnings, progress_bar
 
 
@@ -173,6 +174,16 @@ def check(arguments: argparse.Namespace) -> int:
     if difference is not None:
         _tell_others("versions", result.versions, reference.versions)
     return 0 if difference is None else DIFFER
+
+
+def report(arguments: argparse.Namespace) -> int:
+    """A stored result as a page."""
+    trajectory = Trajectory.load(arguments.result)
+    file = arguments.out or arguments.result.with_suffix(".html")
+    made_folder(file.parent)
+    write_report(trajectory, file, model=load_skeleton(arguments.model))
+    print(f"wrote {file}")
+    return 0
 
 
 def _tell_others(what: str, found: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:

@@ -20,6 +20,7 @@ from ..motion.coordinate import Coordinate
 from ..muscle.laws import LAWS
 from ..muscle.laws.law import MuscleLaw
 from ..opensim.load import read_model
+from ..opensim.setup import load_setup
 
 LARGEST = 10e6  # bytes of a user's Python file, in which a model is written by hand
 
@@ -89,6 +90,14 @@ def load_model(
                     f"{type(parts[-1]).__name__}"
                 )
     return Source(parts[0], parts[1])
+
+
+def load_skeleton(file: Path) -> MusculoskeletalModel:
+    """The model alone: of a Python file, an `.osim` file, or a set-up file of OpenSim's CMC
+    (`.xml`); what is raised is that of `load_model`."""
+    if file.suffix.lower() == ".xml":
+        return load_setup(file).model
+    return read_model(file)[0] if file.suffix.lower() == ".osim" else load_model(file).model
 
 
 def load_law(text: str) -> MuscleLaw:

@@ -20,6 +20,7 @@ from .ahead import TRAPEZOIDAL, Rule
 from .geometry import Geometry
 from .hold import Hold
 from .opened import Dynamics
+from .segments import Segments
 from .shown import Sticks
 from .state import State
 
@@ -123,6 +124,10 @@ class ExudynSkeleton(ABC):
     @abstractmethod
     def sticks(self) -> Sticks:
         """How the skeleton is drawn."""
+
+    @abstractmethod
+    def segments(self) -> Segments:
+        """Its bodies, whose joints are taken from the visualization state."""
 
     # The initial state, as the next run will use it.
 

@@ -14,7 +14,8 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import exudyn as exu
 import numpy as np
@@ -96,10 +97,8 @@ def check_external_forces(mbs: exu.MainSystem, start: float, end: float) -> floa
     """
     known = math.inf
     for number in range(mbs.systemData.NumberOfLoads()):
-        function = mbs.GetLoad(number).get("loadVectorUserFunction")
-        function = function["function"] if isinstance(function, dict) else function
-        acting = getattr(function, "__self__", None)
-        if not isinstance(acting, _Acting):
+        acting = _acting(mbs, number)
+        if acting is None:
             continue
         name, times = acting.external_force.name, acting.external_force.times
         if start < times[0] - MARGIN or end > times[-1] + MARGIN:
@@ -109,6 +108,25 @@ def check_external_forces(mbs: exu.MainSystem, start: float, end: float) -> floa
             )
         known = min(known, float(times[-1]))
     return known
+
+
+def external_forces_shown(mbs: exu.MainSystem) -> dict[str, Callable[[float], np.ndarray]]:
+    """Functions of time for all external forces that have a force, by their names: where it acts
+    [m] and what it is [N], (2, 3) in ground at Exudyn's visualization state."""
+    found: dict[str, Callable[[float], np.ndarray]] = {}
+    for number in range(mbs.systemData.NumberOfLoads()):
+        acting = _acting(mbs, number)
+        if acting is not None and acting.external_force.force is not None:
+            found[acting.external_force.name] = partial(acting.shown, mbs)
+    return found
+
+
+def _acting(mbs: exu.MainSystem, number: int) -> _Acting | None:
+    """The external force that a load is of."""
+    function = mbs.GetLoad(number).get("loadVectorUserFunction")
+    function = function["function"] if isinstance(function, dict) else function
+    acting = getattr(function, "__self__", None)
+    return acting if isinstance(acting, _Acting) else None
 
 
 def _link_markers(
@@ -166,6 +184,26 @@ class _Acting:
         if self.external_force.point is None or sample is NOTHING:
             return tau
         return _sum(tau, _cross(self._arm(mbs, sample[3:6]), self._turned(mbs, sample[:3])))
+
+    def shown(self, mbs: exu.MainSystem, t: float) -> np.ndarray:
+        """Point and force (2, 3) in ground, at the visualization state."""
+        sample, record = np.array(self._sample(t)), self.external_force
+
+        def frame(link: int) -> tuple[np.ndarray, np.ndarray]:
+            if link == GROUND:
+                return np.eye(3), np.zeros(3)
+            R, p = (
+                mbs.GetMarkerOutput(self.markers[link], kind, exu.ConfigurationType.Visualization)
+                for kind in (
+                    exu.OutputVariableType.RotationMatrix,
+                    exu.OutputVariableType.Position,
+                )
+            )
+            return np.reshape(R, (3, 3)), p
+
+        R, p = frame(record.link if record.point is None else record.point_expressed_in)
+        turn, _ = frame(record.force_expressed_in)
+        return np.array([p + R @ sample[3:6], turn @ sample[:3]])
 
     def _arm(self, mbs: exu.MainSystem, point: Vector) -> Vector:
         """From the origin of the link's frame to a recorded point, in ground."""

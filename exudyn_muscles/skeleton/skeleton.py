@@ -2,7 +2,6 @@
 
 Equations of motion (1): M(q) q'' + H(q, q') = Q_m + Q. What Exudyn says of all coordinates of the
 tree (`opened.py`) becomes equations of the independent ones (`independent.py`, `dependent.py`).
-
 Coordinates are Exudyn's: without the reference coordinates of the node.
 """
 
@@ -34,6 +33,7 @@ from .reading import (
     raise_as_itself,
     read_tree,
 )
+from .segments import Segments, tree_segments
 from .shown import Sticks, coordinates_shown, tree_sticks
 from .tree import PRISMATIC, tree_frames
 
@@ -145,6 +145,9 @@ class Skeleton(ExudynSkeleton):
 
     def sticks(self) -> Sticks:
         return tree_sticks(self.mbs, int(self.object), self.tree, self.rows)
+
+    def segments(self) -> Segments:
+        return tree_segments(self.mbs, int(self.object), self.tree, self.rows)
 
     # The initial state, as the next run will use it.
 

@@ -20,7 +20,7 @@ import exudyn_muscles as em
 from exudyn_muscles import view
 from exudyn_muscles.cli.report import summary
 from exudyn_muscles.errors import ParameterError
-from exudyn_muscles.skeleton.system.shown import system_sticks
+from exudyn_muscles.skeleton.system.shown import system_segments, system_sticks
 from exudyn_muscles.view.colors import BONE
 from models import pendulum
 
@@ -236,6 +236,28 @@ def test_a_result_of_another_system_is_refused(model, trajectory):
     other = dataclasses.replace(trajectory, system_names=(), system_coordinates=np.empty((21, 0)))
     with pytest.raises(ParameterError, match="another model: its bodies' coordinates"):
         view.solution(other, model)
+
+
+def test_a_center_of_mass_beside_the_origin():
+    """Sticks end there, and a segment's inertia is about it."""
+    mbs = exu.SystemContainer().AddSystem()
+    cuboid = InertiaCuboid(1100.0, [0.1, 0.4, 0.2])
+    body = mbs.CreateRigidBody(
+        inertia=cuboid.Translated([0.0, -0.2, 0.1]), referencePosition=[1.0, 2.0, 3.0]
+    )
+    mbs.CreateRevoluteJoint(
+        itemNumbers=[mbs.CreateGround(), body], position=[1.0, 2.0, 3.0], axis=[0, 0, 1],
+        useGlobalFrame=True,
+    )  # fmt: skip
+    mbs.Assemble()
+    (stick,) = system_sticks(mbs).points()
+    np.testing.assert_allclose(stick, [[1.0, 2.0, 3.0], [1.0, 1.8, 3.1]], atol=1e-12)
+    (segment,), poses = system_segments(mbs)
+    assert segment.number == int(body) and segment.mass == pytest.approx(cuboid.mass)
+    np.testing.assert_allclose(segment.center, [0.0, -0.2, 0.1])
+    np.testing.assert_allclose(segment.tensor, cuboid.inertiaTensor, atol=1e-12)
+    np.testing.assert_allclose(segment.joints, np.zeros((1, 3)), atol=1e-12)
+    np.testing.assert_allclose(poses()[0][:3, 3], [1.0, 2.0, 3.0])
 
 
 def test_what_becomes_a_stick():

@@ -6,6 +6,7 @@ import exudyn as exu
 import numpy as np
 from exudyn import graphics
 
+from ..segments import Segment, Segments, body_poses
 from ..shown import VISUALIZATION, Sticks, coordinates_shown
 from .frame_list import BODIES, FrameList
 from .measuring import measure_pose
@@ -78,6 +79,35 @@ def system_sticks(mbs: exu.MainSystem) -> Sticks:
     return Sticks(points, np.array(ends, dtype=bool), tuple(dict.fromkeys(replaced)), outline)
 
 
+def system_segments(mbs: exu.MainSystem) -> Segments:
+    """The bodies of a system with their joints, where they are at the visualization state."""
+    joints, numbers, bodies = _joints(mbs), [], []
+    for number in range(mbs.systemData.NumberOfObjects()):
+        if mbs.GetObject(number)["objectType"] in BODIES:
+            numbers.append(number)
+    for number, pose in zip(numbers, body_poses(mbs, numbers), strict=True):
+        item = mbs.GetObject(number)
+        places = [
+            mbs.GetMarkerOutput(marker, POSITION, VISUALIZATION)
+            for _, on, marker in joints
+            if on in (("body", number), ("node", _node(item)))
+        ]
+        centers = (np.reshape(places, (-1, 3)) - pose[:3, 3]) @ pose[:3, :3]
+        bodies.append(Segment(number, item["mass"], _center(item), _tensor(item), centers, None))
+    return Segments(tuple(bodies), lambda: body_poses(mbs, numbers))
+
+
+def _tensor(body: dict) -> np.ndarray:
+    """The inertia (3, 3) about the center of mass; of a planar body about the axis that it has."""
+    given = np.atleast_1d(body.get("inertia", 0.0))
+    if given.size != 6:
+        return np.diag([0.0, 0.0, given[0]])
+    xx, yy, zz, yz, xz, xy = given
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    c = _center(body)
+    return tensor - body["mass"] * ((c @ c) * np.eye(3) - np.outer(c, c))
+
+
 def _joints(mbs: exu.MainSystem) -> list[tuple[int, tuple[str, int], exu.MarkerIndex]]:
     """Joints, what they are on, and their markers there."""
     found = []
@@ -101,7 +131,7 @@ def _node(body: dict) -> int:
 def _center(body: dict) -> np.ndarray:
     """The center of mass in a body's frame."""
     center = np.zeros(3)
-    given = body.get("physicsCenterOfMass", ())
+    given = body.get("centerOfMass", ())
     center[: len(given)] = given
     return center
 

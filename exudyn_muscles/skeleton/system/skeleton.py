@@ -18,6 +18,7 @@ from ..geometry import Geometry
 from ..hold import Hold, hold
 from ..opened import Dynamics, agree
 from ..reading import check_assembled, original, raise_as_itself
+from ..segments import Segments
 from ..shown import Sticks
 from .coordinates import Tracked
 from .frame_list import FrameList
@@ -25,7 +26,7 @@ from .geometry import GeometryOnAll, Pose, compile_loads
 from .load_object import force_object
 from .names import system_names
 from .opened import OpenedSystem
-from .shown import frames_shown, system_sticks
+from .shown import frames_shown, system_segments, system_sticks
 from .tracked_rows import tracked_rows
 
 
@@ -112,6 +113,9 @@ class GeneralSkeleton(ExudynSkeleton):
 
     def sticks(self) -> Sticks:
         return system_sticks(self.mbs)
+
+    def segments(self) -> Segments:
+        return system_segments(self.mbs)
 
     # The initial state.
 
