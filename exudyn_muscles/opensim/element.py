@@ -30,6 +30,7 @@ HARMLESS = frozenset([
 NOT_TOLD = ("", "OpenSimDocument", "Model", "objects")  # on the way to an element
 # Any of these may switch a force, constraint or controller off.
 ON = ("appliesForce", "isEnforced", "enabled")
+SINCE_ENABLED = 30509  # version of the format; before it there was `isDisabled`
 TRUTH = {"true": True, "false": False, "1": True, "0": False}
 # What stands for no file or column.
 NOT_GIVEN = ("", "Unassigned")
@@ -137,7 +138,13 @@ class Element:
     @property
     def is_on(self) -> bool:
         """Whether a force, constraint or controller does anything."""
-        return all(self.flag(name, True) for name in ON) and not self.flag("isDisabled")
+        old = self.find("isDisabled")
+        if old is not None and self.version >= SINCE_ENABLED:
+            old.warn(
+                "OpenSim does not read this in files of version 4, and so it does nothing here"
+            )
+            old = None
+        return all(self.flag(name, True) for name in ON) and not (old and self.flag("isDisabled"))
 
     @property
     def version(self) -> int:

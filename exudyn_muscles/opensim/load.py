@@ -11,6 +11,7 @@ import exudyn as exu
 import numpy as np
 from exudyn.utilities import RigidBodyInertia, TreeLink
 
+from ..errors import ParameterError
 from ..forces.actuators import Reserve
 from ..forces.external import ExternalForce
 from ..model import MusculoskeletalModel
@@ -23,6 +24,7 @@ from .actuators import ACTUATORS, read_actuator
 from .bodies import Bodies, Link
 from .components import named_apart, refuse_active, warn_of_controllers
 from .document import read_document
+from .element import Element
 from .external_loads import read_external_loads
 from .joints import Coordinate
 from .muscles import CLASSES, read_muscle
@@ -93,6 +95,8 @@ def load_model(
     StorageError
         The external loads' data file is damaged.
     FileNotFoundError
+    ParameterError
+        `force_sets` is one file in place of a sequence.
 
     Warns
     -----
@@ -127,13 +131,18 @@ def read_model(
     model.allow(*READ, *HARMLESS)
     beside = [*model.items("components"), *model.items("ComponentSet")]
     geometries = (each for each in beside if each.tag.startswith("Contact"))
-    surfaces = {each.name: each for each in (*model.items("ContactGeometrySet"), *geometries)}
+    surfaces: dict[str, Element] = {}
+    for each in (*model.items("ContactGeometrySet"), *geometries):
+        if surfaces.setdefault(each.name, each) is not each:
+            each.warn("this name is taken, and the first one counts, as in OpenSim")
     refuse_active(each for each in beside if each.tag not in FORCES and each.name not in surfaces)
     bodies = Bodies(model)
     if not bodies.links:
         raise model.error("it has no coordinates")
     warn_of_controllers(model)
     muscles, reserves, passive, idle = [], [], [], set()
+    if isinstance(force_sets, (str, Path)):
+        raise ParameterError(f"force_sets is a sequence of files, got {str(force_sets)!r} alone")
     more = [read_document(each, "ForceSet").members() for each in force_sets]
     forces_beside = [each for each in beside if each.tag in FORCES]
     own = [] if only_sets else [*model.items("ForceSet"), *forces_beside]

@@ -148,6 +148,8 @@ def restore_point(
     point: RunPoint, method: str, model: MusculoskeletalModel, state: RunState, start: float
 ) -> None:
     """Be at a point, in a run whose plugin serves times from `start` [s]; see `Plugin.restore`."""
+    if not isinstance(point, RunPoint):
+        raise ModelError(f"a point is what save() returned, got {point!r}")
     if not state.attached:
         raise ModelError("restore a point within attached(), between its runs")
     _check_fits(point, method, Names.of(model), start)

@@ -8,34 +8,22 @@ coordinates x of any other system.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
-from typing import Any, NamedTuple
 
 import exudyn as exu
 import numpy as np
 
 from ..path.paths import Paths
 from .ahead import TRAPEZOIDAL, Rule
-from .geometry import Geometry
+from .geometry import Mounted
 from .hold import Hold
 from .opened import Dynamics
 from .segments import Segments
 from .shown import Sticks
 from .state import State
 
-
-class Mounted(NamedTuple):
-    """Muscles and actuators on a skeleton.
-
-    `geometry` takes a `place` and returns a Geometry; `columns` takes what the loads are written
-    at, the tree's q or a system's pose, and returns S (width, r) of the actuators. `loads` of a
-    system takes its pose and returns l, l' (m,) and what unit forces are (m + r, width).
-    """
-
-    geometry: Callable[..., Geometry]
-    columns: Callable[[Any], np.ndarray]
-    loads: Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]] | None = None
+NO_COORDINATES = np.empty(0)
 
 
 class ExudynSkeleton(ABC):
@@ -204,14 +192,14 @@ class ExudynSkeleton(ABC):
         """The same three at the start of the step."""
 
     @property
-    @abstractmethod
     def x(self) -> np.ndarray:
         """Coordinates (N,) of the current state, as `system_names` names them."""
+        return NO_COORDINATES
 
     @property
-    @abstractmethod
     def x_t(self) -> np.ndarray:
         """Their speeds (N,)."""
+        return NO_COORDINATES
 
     @property
     def drift(self) -> float:

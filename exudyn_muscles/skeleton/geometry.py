@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,6 +38,19 @@ class Geometry(NamedTuple):
     def load(self, forces: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """What these forces (m + k,) and their `torque` (n,) are for Exudyn."""
         return torque
+
+
+class Mounted(NamedTuple):
+    """Muscles and actuators on a skeleton.
+
+    `geometry` takes a `place` and returns a Geometry; `columns` takes what the loads are written
+    at, the tree's q or a system's pose, and returns S (width, r) of the actuators. `loads` of a
+    system takes its pose and returns l, l' (m,) and what unit forces are (m + r, width).
+    """
+
+    geometry: Callable[..., Geometry]
+    columns: Callable[[Any], np.ndarray]
+    loads: Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]] | None = None
 
 
 @kernel

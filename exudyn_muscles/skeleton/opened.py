@@ -109,6 +109,12 @@ class Opened:
         M = solver.GetSystemMassMatrix()[self.rows, self.rows]
         return M, self.total - self._user_torque - solver.GetSystemResidual()[self.rows]
 
+    def slopes(self, of_speeds: bool) -> np.ndarray:
+        """What forces take off (N, all) for a unit of the system's coordinates, or of speeds."""
+        factors = (0.0, -1.0) if of_speeds else (-1.0, 0.0)
+        self._solver.ComputeJacobianODE2RHS(self._mbs, *factors, 0.0)
+        return np.array(self._solver.GetSystemJacobian())[self.rows]
+
     def accelerate_others(self) -> None:
         """Set the accelerations of the bodies outside the tree at the last `dynamics`."""
         accelerations = self.state.current[2]
@@ -134,3 +140,13 @@ class Opened:
 def agree(found: np.ndarray, needed: np.ndarray) -> bool:
     """Whether accelerations that a solver starts with are those that balance the forces."""
     return bool(np.abs(found - needed).max() <= 1e-6 * np.abs(needed).max() + 1e-9)
+
+
+def fastest(M: np.ndarray, stiffness: np.ndarray, damping: np.ndarray) -> float:
+    """With how much a system swings at most [rad/s], or half of what it settles with, for small
+    motions with these matrices (n, n)."""
+    pulled, damped = (
+        float(np.linalg.eigvals(np.linalg.solve(M, slopes)).real.max())
+        for slopes in (stiffness, damping)
+    )
+    return max(max(pulled, 0.0) ** 0.5, 0.5 * damped)

@@ -18,13 +18,13 @@ from ..checks import check_link_exists
 from ..errors import ModelError
 from ..path.paths import Paths
 from .ahead import Rule
-from .base import ExudynSkeleton, Mounted
+from .base import ExudynSkeleton
 from .coupling import DependentCoordinate
 from .dependent import Dependent
-from .geometry import compile_columns, compile_geometry, with_columns
+from .geometry import Mounted, compile_columns, compile_geometry, with_columns
 from .hold import Hold, hold
 from .independent import Independent
-from .opened import Dynamics, NotOpen, Opened
+from .opened import Dynamics, NotOpen, Opened, fastest
 from .reading import (
     check_assembled,
     check_mass_matrix,
@@ -36,8 +36,6 @@ from .reading import (
 from .segments import Segments, tree_segments
 from .shown import Sticks, coordinates_shown, tree_sticks
 from .tree import PRISMATIC, tree_frames
-
-NO_COORDINATES = np.empty(0)
 
 
 class Skeleton(ExudynSkeleton):
@@ -222,14 +220,6 @@ class Skeleton(ExudynSkeleton):
         return self.basis.state(self._opened)
 
     @property
-    def x(self) -> np.ndarray:
-        return NO_COORDINATES
-
-    @property
-    def x_t(self) -> np.ndarray:
-        return NO_COORDINATES
-
-    @property
     def place(self) -> tuple:
         return self.q, self.v
 
@@ -342,6 +332,11 @@ class Skeleton(ExudynSkeleton):
 
     def reduced(self, covectors: np.ndarray) -> np.ndarray:
         return self.basis.reduced(self._opened, covectors)
+
+    def fastest(self) -> float:
+        """That of `fastest` at the current state."""
+        slopes = map(self._opened.slopes, (False, True))
+        return fastest(self.dynamics().M, *(self.reduced_rows(x)[:, self.free] for x in slopes))
 
     def reduced_rows(self, exact: np.ndarray) -> np.ndarray:
         return self.basis.reduced_rows(self._opened, exact)

@@ -39,6 +39,8 @@ def value(text, **variables):
         ("(1-4)/2", -1.5),
         ("1e-3*1000", 1.0),
         ("a*b; a = 2*b; b = 3", 18.0),
+        ("a; a = 100; a = 5", 100.0),
+        ("2\n + 3", 5.0),
         ("select(step(0), 5, 6) + select(step(-1), 5, 6)", 11.0),
         ("delta(0) + delta(1)", 1.0),
         ("min(3, max(1, 2)) + square(3) + cube(2) + recip(4)", 19.25),
@@ -50,6 +52,10 @@ def value(text, **variables):
 )
 def test_formulas(text, expected):
     assert value(text) == pytest.approx(expected, rel=1e-14)
+
+
+def test_what_a_formula_says_of_a_variable_counts():
+    assert value("100*q; q = 5", q=1.0) == 500.0
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
@@ -71,7 +77,9 @@ def test_formulas_of_variables(q, qdot):
         ("[1, 2]", "none of its operations"),
         ("sin(1, 2)", "none of its operations"),
         ("True", "none of its operations"),
-        ("1e999", "has the number inf"),
+        ("1e999", "has a number that is too large"),
+        ("9" * 400, "has a number that is too large"),
+        ("5*q # - 100*q", "is not a formula"),
         ("+".join(["1"] * 6000), "characters"),
         ("a+a;" + ";".join(f"{'abcdefghijklmnop'[k]}={'abcdefghijklmnop'[k + 1]}+"
                            f"{'abcdefghijklmnop'[k + 1]}" for k in range(15)) + ";p=1", "too long"),
@@ -121,8 +129,8 @@ CONTACT = {
         (lambda: SphereContact("f", **CONTACT | {"radius": 0.0}), "contact 'f': radius = 0.0"),
         (lambda: SphereContact("f", share=2.0, **CONTACT), "share = 2 is outside"),
         (
-            lambda: SphereContact("f", smooth=True, **CONTACT | {"dissipation": 0.0}),
-            "dissipation = 0.0",
+            lambda: SphereContact("f", smooth=True, other_radius=0.1, **CONTACT),
+            "the smooth form is of a half-space",
         ),
     ],
 )

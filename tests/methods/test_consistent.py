@@ -5,9 +5,11 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
+from exudyn_muscles.forces.passive.on_coordinates import CoordinateSpring
 from exudyn_muscles.methods.consistent import learned
 from exudyn_muscles.methods.course.nodes import FINE, USUAL
 from exudyn_muscles.methods.disturbance import LINEAR, Course, speed_error, tracking_growth
+from exudyn_muscles.skeleton.passive import add_passive_forces
 from models import leg as leg_3d
 from models import pendulum, planar_arm
 
@@ -305,3 +307,17 @@ def test_demands_out_of_reach_raise_only_where_a_step_is_accepted():
 def test_gains_that_are_too_high_are_warned_of():
     with pytest.warns(em.StabilityWarning, match=r"kp h\^2 = 2\.5 is above 2"):
         pushed(2.5e4, 1e-5)
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(3.0e3, 0.0), (0.0, 60.0)])
+def test_stiff_springs_and_dampers_of_a_tree_are_warned_of(stiffness, damping):
+    """Of the pendulum's joint: w^2 = k / M, and half of c / M."""
+    model = pendulum.build()
+    spring = CoordinateSpring("spring", "theta", stiffness=stiffness, rest=np.pi, viscosity=damping)
+    add_passive_forces(model.mbs, model.skeleton.object, [spring], ["theta"])
+    with model.skeleton.opened():
+        M = model.skeleton.dynamics().M[0, 0]
+        expected = max(np.sqrt(stiffness / M), 0.5 * damping / M)
+        assert model.skeleton.fastest() == pytest.approx(expected, rel=1e-2)
+    with pytest.warns(em.StabilityWarning, match=r"let the system swing with 1\d\d rad/s"):
+        run(model, pendulum.motion().between(0.0, 0.04), 100.0, step=0.02)

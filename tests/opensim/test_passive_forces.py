@@ -1,5 +1,7 @@
 """Passive forces against OpenSim's, in Exudyn's own runs, and what is refused."""
 
+from contextlib import nullcontext
+
 import exudyn as exu
 import numpy as np
 import pytest
@@ -103,3 +105,41 @@ def test_forces_may_be_among_the_components(tmp_path):
             found.append(model.skeleton.dynamics_at(np.full(6, 0.01), np.zeros(6), 0.0).bias)
     np.testing.assert_array_equal(*found)
     assert np.abs(found[0]).max() > 100.0
+
+
+def test_of_two_contact_geometries_of_one_name_the_first_counts(tmp_path):
+    text = passive_models.model("smooth_contact")
+    other = text.replace("</objects></ContactGeometrySet>", (
+        '<ContactSphere name="heel"><socket_frame>/ground</socket_frame><radius>0.2</radius>'
+        "</ContactSphere></objects></ContactGeometrySet>"
+    ))  # fmt: skip
+    found = []
+    for each in (text, other):
+        warned = pytest.warns(em.ModelFileWarning, match="the first one counts")
+        with warned if each is other else nullcontext():
+            model = load(tmp_path, each)
+        with model.skeleton.opened():
+            found.append(model.skeleton.dynamics_at(np.full(6, 0.01), np.zeros(6), 0.0).bias)
+    np.testing.assert_array_equal(*found)
+
+
+@pytest.mark.parametrize(("version", "is_on"), [("30000", False), ("40000", True)])
+def test_disabled_forces_are_on_in_files_that_no_longer_say_it_so(version, is_on, tmp_path):
+    """As in OpenSim, which renames the property in older files only."""
+    text = passive_models.model("spring").replace('Version="40000"', f'Version="{version}"')
+    off = text.replace("<stiffness>12", "<isDisabled>true</isDisabled><stiffness>12")
+    warned = pytest.warns(em.ModelFileWarning, match="does not read this in files of version 4")
+    found = []
+    for each in (text, off):
+        with warned if is_on and each is off else nullcontext():
+            model = load(tmp_path, each)
+        with model.skeleton.opened():
+            found.append(model.skeleton.dynamics_at(np.full(6, 0.3), np.zeros(6), 0.0).bias)
+    assert np.array_equal(*found) == is_on
+
+
+def test_one_file_is_no_sequence_of_force_sets(tmp_path):
+    file = tmp_path / "model.osim"
+    file.write_text(passive_models.model())
+    with pytest.raises(em.ParameterError, match=r"a sequence of files, got 'reserves\.xml' alone"):
+        em.opensim.load_model(file, force_sets="reserves.xml")

@@ -110,9 +110,7 @@ class SphereContact:
             object.__setattr__(self, name, link)
         object.__setattr__(self, "center", three_numbers(f"{what}: center", self.center, "m"))
         for name in ("radius", "other_radius", *GIVEN_NUMBERS):
-            positive = name in ("radius", "transition_velocity")
-            positive |= self.smooth and name == "dissipation"  # which it divides by
-            least = 1e-12 if positive else 0.0
+            least = 1e-12 if name in ("radius", "transition_velocity") else 0.0
             value = number_within(f"{what}: {name}", getattr(self, name), least, LARGEST)
             object.__setattr__(self, name, value)
         if self.share > 1.0:

@@ -28,6 +28,7 @@ FUNCTIONS = {
     "floor": 31, "ceil": 32, "min": 40, "max": 41, "atan2": 42, "select": 50,
 }  # fmt: skip
 OF_TWO, OF_THREE = 40, 50
+LARGEST = 1e300  # number in a text
 LONGEST = 10_000  # characters of a text from a stranger
 STACK = 64  # numbers that wait for another one
 MOST = 10_000  # steps of a program: names that stand for names multiply
@@ -65,12 +66,14 @@ def program(text: str, variables: Sequence[str]) -> Program:
         raise ParameterError(f"a formula of {len(text)} characters; at most {LONGEST} are read")
     whole, *named = text.split(";")
     numbers = {name: number for number, name in enumerate(variables)}
+    if "#" in text:
+        raise ParameterError(f"'{text}' is not a formula")
     meaning: dict[str, ast.expr] = {}
     for each in named:
         if not each.strip():
             continue
         name, _, right = each.partition("=")
-        meaning[name.strip()] = _parsed(right, text)
+        meaning.setdefault(name.strip(), _parsed(right, text))  # the first one counts, as there
     codes: list[int] = []
     values: list[float] = []
     _Writer(text, numbers, meaning, codes, values).write(_parsed(whole, text), ())
@@ -93,7 +96,7 @@ def pack_programs(programs: Sequence[Program]) -> Programs:
 
 def _parsed(text: str, whole: str) -> ast.expr:
     try:
-        return ast.parse(text.strip().replace("^", "**"), mode="eval").body
+        return ast.parse(" ".join(text.split()).replace("^", "**"), mode="eval").body
     except (SyntaxError, ValueError, MemoryError, RecursionError):
         raise ParameterError(f"'{whole}' is not a formula") from None
 
@@ -134,13 +137,13 @@ class _Writer:
         """Write a part; `within` are the names that it stands for."""
         match node:
             case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
-                if not math.isfinite(value):
-                    raise self._error(f"has the number {value}")
+                if not abs(value) <= LARGEST:
+                    raise self._error("has a number that is too large")
                 self._step(NUMBER, float(value))
-            case ast.Name(id=name) if name in self._numbers:
-                self._step(VARIABLE, self._numbers[name])
             case ast.Name(id=name) if name in self._meaning and name not in within:
                 self.write(self._meaning[name], (*within, name))
+            case ast.Name(id=name) if name in self._numbers:
+                self._step(VARIABLE, self._numbers[name])
             case ast.Name(id=name):
                 known = ", ".join(self._numbers)
                 raise self._error(f"has the name '{name}', which stands for nothing: {known} do")

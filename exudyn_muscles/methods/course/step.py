@@ -63,7 +63,7 @@ class Course(Protocol):
         """What the first step needs of its start, which is the current state."""
 
     def fastest(self) -> float:
-        """With how much what nobody tracks may swing [rad/s]."""
+        """With how much the skeleton may swing at most [rad/s], or half of what it settles with."""
 
     def over(self, step: Step) -> Led:
         """Where a step really leads.

@@ -80,7 +80,7 @@ class TreeCourse:
         return self._skeleton.dynamics_at(self._skeleton.q.copy(), self._skeleton.v.copy(), t)
 
     def fastest(self) -> float:
-        return 0.0  # every coordinate is tracked
+        return self._skeleton.fastest()
 
     def move(self, dq: np.ndarray, dv: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         self._skeleton.move(dq, dv)

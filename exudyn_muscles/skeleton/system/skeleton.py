@@ -13,8 +13,8 @@ import numpy as np
 from ...errors import ModelError, ParameterError
 from ...path.paths import Paths
 from ..ahead import Rule
-from ..base import ExudynSkeleton, Mounted
-from ..geometry import Geometry
+from ..base import ExudynSkeleton
+from ..geometry import Geometry, Mounted
 from ..hold import Hold, hold
 from ..opened import Dynamics, agree
 from ..reading import check_assembled, original, raise_as_itself
