@@ -15,7 +15,7 @@ from ..results.trajectory import Trajectory
 from ..view.camera import FRONT
 from ..view.scene import check_belongs
 from .bones import checked_meshes
-from .curves import check_groups, contents
+from .charts import check_groups, contents
 from .page import assembled
 from .scene import build
 

@@ -293,7 +293,7 @@ def test_settings_of_other_schemes_are_refused():
         em.CosimulationSettings(scheme=em.Scheme.FULL, disturbance_gain=0.5)
     literal = {"scheme": CONSISTENT, "first_iterate": em.FirstIterate.RECRUIT}
     with pytest.raises(em.ParameterError, match=r"first_iterate = .* does nothing"):
-        em.CosimulationSettings(scheme=em.Scheme.FULL, **literal)
+        em.CosimulationSettings(**literal)
 
 
 def test_demands_out_of_reach_raise_only_where_a_step_is_accepted():

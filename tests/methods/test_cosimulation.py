@@ -349,7 +349,7 @@ def test_a_reserve_takes_over_where_the_muscles_end():
 )
 def test_bad_settings_are_named(options, message):
     with pytest.raises(em.ParameterError, match=message):
-        em.CosimulationSettings(scheme=em.Scheme.FULL, **options)
+        em.CosimulationSettings(**options)
 
 
 @pytest.mark.parametrize("make", [em.CosimulationPlugin, em.CMCPlugin])
