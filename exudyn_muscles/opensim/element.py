@@ -138,13 +138,13 @@ class Element:
     @property
     def is_on(self) -> bool:
         """Whether a force, constraint or controller does anything."""
-        old = self.find("isDisabled")
-        if old is not None and self.version >= SINCE_ENABLED:
-            old.warn(
+        off = self.flag("isDisabled")
+        if off and self.version >= SINCE_ENABLED:
+            self.get("isDisabled").warn(
                 "OpenSim does not read this in files of version 4, and so it does nothing here"
             )
-            old = None
-        return all(self.flag(name, True) for name in ON) and not (old and self.flag("isDisabled"))
+            off = False
+        return not off and all(self.flag(name, True) for name in ON)
 
     @property
     def version(self) -> int:
