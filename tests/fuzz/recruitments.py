@@ -69,7 +69,7 @@ def check(rng):
     recruiter = Recruiter(rng.choice(list(em.Solver)))
     found, again = (recruiter.solve(r, Q, low, high, N) for _ in range(2))
     assert found.force.tobytes() == again.force.tobytes(), "other bits the second time"
-    F, torque, unmet, _ = found
+    F, torque, unmet = found.force, found.torque, found.unmet
     assert np.isfinite(F).all() and np.isfinite(unmet).all(), f"not finite: {found}"
     assert ((low <= F) & (high >= F)).all(), "a force beyond its bounds"
     assert np.allclose(torque, r.T @ F, rtol=1e-12, atol=1e-12), "the torque is not r^T F"
