@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import exudyn_muscles as em
 from exudyn_muscles.forces.passive.along_paths import BlankevoortLigament, Ligament, PathSpring
 from exudyn_muscles.forces.passive.between_frames import Bushing
-from exudyn_muscles.forces.passive.contact import SphereContact
+from exudyn_muscles.forces.passive.contact import SphereContact, contact_row, normal_force
 from exudyn_muscles.forces.passive.expressions import STACK, pack_programs, program, run
 from exudyn_muscles.forces.passive.on_coordinates import (
     CoordinateFormula,
@@ -177,3 +177,13 @@ def test_a_user_function_that_is_there_is_not_replaced():
     add_passive_forces(mbs, number, [spring], ["q"])
     with pytest.raises(em.ModelError, match="has a force user function already"):
         add_passive_forces(mbs, number, [spring], ["q"])
+
+
+def test_smooth_contact_without_dissipation():
+    """OpenSim's default: Hertz's force alone, whatever the speed."""
+    contact = SphereContact("f", smooth=True, **CONTACT | {"dissipation": 0.0})
+    k, d = CONTACT["stiffness"], 0.01
+    hertz = 4.0 / 3.0 * k * math.sqrt(0.1 * k) * math.sqrt(d**2 + 1e-5) ** 1.5
+    expected = hertz * (0.5 + 0.5 * math.tanh(300.0 * d))
+    for speed in (-0.5, 0.0, 0.5):
+        assert normal_force(contact_row(contact), d, speed) == pytest.approx(expected, rel=1e-14)
