@@ -54,12 +54,13 @@ HIGHEST_FREQUENCY = 1.5
 
 class Trial(NamedTuple):
     """A step that may be accepted: what was recruited, the muscles with their real state at its
-    end, what the next step takes from there, and how far away the step really leads, q and h q'
-    (2, N)."""
+    end, what the next step and another trial take from there, and how far away the step really
+    leads, q and h q' (2, N)."""
 
     recruited: Recruited
     excited: Excited
     begun: Any
+    known: Any
     away: np.ndarray
 
 
@@ -115,6 +116,7 @@ class ConsistentScheme(FullScheme[ConsistentState]):
 
     def __init__(self, model: MusculoskeletalModel, settings: CosimulationSettings) -> None:
         super().__init__(model, settings)
+        self._kp = float(np.max(settings.kp))
         skeleton = model.skeleton
         self._course: Course = (
             TreeCourse(model, skeleton)
@@ -124,7 +126,7 @@ class ConsistentScheme(FullScheme[ConsistentState]):
 
     def ready(self, step: float) -> None:
         settings = self.settings
-        limit = float(np.max(settings.kp)) * step**2
+        limit = self._kp * step**2
         if limit > HIGHEST_GAIN:
             warn(
                 f"kp h^2 = {limit:.3g} is above {HIGHEST_GAIN:g}, up to which Scheme.CONSISTENT is "
@@ -169,11 +171,9 @@ class ConsistentScheme(FullScheme[ConsistentState]):
             state.trial = None
             return load
         state.trial = trial = self._tried(state, t, state.served())
-        if state.asked is not None:
-            away = self._course.tracked(trial.away).ravel()
-            state.learned = learned(state.learned, *state.asked, away)
-            state.asked = None
-        if state.passes == self._course.passes or np.abs(trial.away).max() <= CLOSE:
+        self._learn(state, trial)
+        enough = CLOSE if state.passes else self._near(state.step)
+        if state.passes == self._course.passes or np.abs(trial.away).max() <= enough:
             return load
         state.passes += 1
         self._follow(state, trial)
@@ -189,7 +189,10 @@ class ConsistentScheme(FullScheme[ConsistentState]):
     def excite(self, state: ConsistentState) -> tuple[Excited, Geometry]:
         trial = state.trial or self._tried(state, state.opened.end, state.served())
         state.muscles.check(trial.recruited)
+        off = np.abs(trial.away).max()
         self._follow(state, trial)
+        if not state.passes and CLOSE < off <= self._near(state.step):
+            trial = self._again(state, trial)
         state.expected = [*state.expected[-1:], (state.moved, state.step)]
         state.response = state.learned
         state.begun, state.reserve = trial.begun, trial.excited.reserve
@@ -210,6 +213,27 @@ class ConsistentScheme(FullScheme[ConsistentState]):
         state.moved = state.moved + by
         state.trial = trial._replace(away=np.zeros_like(away))
 
+    def _near(self, step: float) -> float:
+        """What an iterate may be off [rad or m] to keep its excitations: what it changes in the
+        control law, kp times as much, then moves the step by no more than CLOSE."""
+        return max(CLOSE, min(self._course.near, CLOSE / (self._kp * step**2)))
+
+    def _learn(self, state: ConsistentState, trial: Trial) -> None:
+        """How what is tracked has answered to the last move, if there was one."""
+        if state.asked is not None:
+            away = self._course.tracked(trial.away).ravel()
+            state.learned = learned(state.learned, *state.asked, away)
+            state.asked = None
+
+    def _again(self, state: ConsistentState, trial: Trial) -> Trial:
+        """A trial with the same excitations, from where the step has been moved; moves it on."""
+        recruited, excited, _, known, _ = trial
+        there = self.model.geometry(*self.skeleton.place)
+        again = self._led(state, state.opened.end, recruited, excited, there, known)
+        self._learn(state, again)
+        self._follow(state, again)
+        return again
+
     def _shift(self, state: ConsistentState, by: np.ndarray) -> np.ndarray:
         """By how much the iterate was moved, q and h q' (2, N), if it was to be `by`."""
         dq, dv = self._course.move(by[0], by[1] / state.step, state.step)
@@ -218,14 +242,26 @@ class ConsistentScheme(FullScheme[ConsistentState]):
     def _tried(self, state: ConsistentState, t: float, recruited: Recruited) -> Trial:
         """Where the step that ends at the current state really leads."""
         excited = state.muscles.tried(recruited)
-        geometry = state.geometry, recruited.reached.geometry
-        reserves = state.reserve, excited.reserve
+        return self._led(state, t, recruited, excited, recruited.reached.geometry)
+
+    def _led(
+        self,
+        state: ConsistentState,
+        t: float,
+        recruited: Recruited,
+        excited: Excited,
+        there: Geometry,
+        known: Any = None,
+    ) -> Trial:
+        """The same with excitations that are found; `there` is the geometry at the state, `known`
+        from a trial that ended close by."""
+        geometry, reserves = (state.geometry, there), (state.reserve, excited.reserve)
         u = excited.window.excitation
         led = self._course.over(
-            Step(state.opened.window, t, u, reserves, geometry, state.here, state.begun)
+            Step(state.opened.window, t, u, reserves, geometry, state.here, state.begun, known)
         )
         excited = excited._replace(activation=led.activation, tendon_length=led.tendon_length)
-        return Trial(recruited, excited, led.begun, led.away)
+        return Trial(recruited, excited, led.begun, led.known, led.away)
 
     def _errors(self, state: ConsistentState, t: float) -> np.ndarray:
         q_d, v_d, _ = state.tracking.desired(t)

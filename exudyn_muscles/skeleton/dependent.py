@@ -108,13 +108,12 @@ class Dependent:
     def along(
         self, z: np.ndarray, v: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, Callable[[np.ndarray], np.ndarray]]:
-        k, rest = len(z), np.zeros(self.free.size)
-        q, q_t = np.empty((2, k, self.roots.size))
-        R = np.empty((k, self.roots.size, self.free.size))
-        for i in range(k):
-            (q[i], q_t[i], _), slopes = self.follow_from(z[i], v[i], rest)
-            R[i] = slopes.R
-        return q, q_t, lambda torques: np.matmul(torques[:, None], R)[:, 0]
+        k, N = len(z), self.roots.size
+        q, v_all = np.zeros((2, k, N))
+        q[:, self.free], v_all[:, self.free] = z, v
+        R = np.empty((k, N, self.free.size))
+        follow_each(*self._tables, q, v_all, np.zeros(N), R)
+        return q, v_all, lambda torques: np.matmul(torques[:, None], R)[:, 0]
 
     def geometry(self, of_tree: Callable[..., Geometry]) -> Callable[..., Geometry]:
         rest = np.zeros(self.free.size)
@@ -218,3 +217,13 @@ def follow(links, grids, bins, pieces, R, bends, q, v, a):
         bends[d] = slope * bends[e] + curvature * R[e, j] * R[e, j]
         v[d] = R[d, j] * v[root]
         a[d] = R[d, j] * a[root] + bends[d] * v[root] * v[root]
+
+
+@kernel
+def follow_each(links, grids, bins, pieces, R, bends, q, v, a, Rs):
+    """Write what follows in each of the states q, q' (k, N), and its slopes in `Rs` (k, N, n)."""
+    for i in range(q.shape[0]):
+        follow(links, grids, bins, pieces, R, bends, q[i], v[i], a)
+        for d in range(R.shape[0]):
+            for j in range(R.shape[1]):
+                Rs[i, d, j] = R[d, j]

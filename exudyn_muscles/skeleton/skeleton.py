@@ -229,18 +229,23 @@ class Skeleton(ExudynSkeleton):
     def places_ahead(self, q: np.ndarray, v: np.ndarray, t: float, rule: Rule) -> Iterator[tuple]:
         return ((row, v) for row in q)
 
-    def dynamics_within(self, q: np.ndarray, v: np.ndarray, t: float) -> Dynamics:
-        """As `dynamics_at`, at a time within the step that leads to the current state, with
-        everything else on its cubic over the step and contacts as they are at its end."""
-        state = self._opened.state
+    def dynamics_within(self, q: np.ndarray, v: np.ndarray, times: np.ndarray) -> list[Dynamics]:
+        """M and H - Q at states (k, n) and times (k,) within the step that leads to the current
+        state, with everything else on its cubic over the step and contacts as they are at its
+        end."""
+        state, found = self._opened.state, []
         before = state.snapshot()
         try:
-            if self.others:
-                state.go_back_to(t)
-            self._place(q, v, t)
-            return self.basis.dynamics(self._opened, (q, v))
+            for place, t in zip(zip(q, v, strict=True), times, strict=True):
+                if self.others:
+                    state.restore(before)
+                    state.go_back_to(t)
+                state.current[0][self.free], state.current[1][self.free] = place
+                self.mbs.systemData.SetTime(t)
+                found.append(self.basis.dynamics(self._opened, place))
         finally:
             state.restore(before)
+        return found
 
     def dynamics_held(self) -> Dynamics:
         return self.dynamics()

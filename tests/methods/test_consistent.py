@@ -247,6 +247,26 @@ def test_the_estimate_is_stable_for_any_course_of_the_force(kp):
         assert growth == pytest.approx(np.exp(-0.01 * kp**0.5), rel=0.1)
 
 
+def test_iterates_that_are_close_keep_their_excitations():
+    """One recruitment more in half of the steps, not in every one."""
+    model = leg_3d.build()
+    result = run(model, leg_3d.motion())
+    assert result.counts.recruitments < 1.65 * result.counts.steps
+    assert drift(model, result) < 2.4e-5  # CMC's
+
+
+@pytest.mark.parametrize("kp", [100.0, KP])
+def test_kept_excitations_leave_the_law_stable_where_forces_run_smoothly(kp):
+    """Overshooting muscles are off by more than is kept before long."""
+
+    def growth(mean, kept):
+        return tracking_growth(kp, 2.0 * kp**0.5, 0.01, 1.0, Course(mean, mean / 3.0), kept)
+
+    assert growth(0.5, True) == pytest.approx(growth(0.5, False), abs=2e-3)
+    assert growth(0.52, True) < 0.91
+    assert growth(1.0, True) > 1.5
+
+
 def test_the_ideal_error():
     """Against the trapezoidal rule solved as a system."""
     e, e_t, kp, kv, h = 0.02, -0.3, 534.0, 46.0, 0.01

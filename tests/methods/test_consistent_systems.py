@@ -6,6 +6,7 @@ import pytest
 
 import exudyn_muscles as em
 from exudyn_muscles.methods.course.nodes import USUAL
+from exudyn_muscles.methods.course.tree import NEAR
 from models import pedalling, planar_arm
 
 from ..runs import plugin_run, settings, start_at
@@ -40,8 +41,9 @@ def test_a_tree_built_of_bodies(node_type):
     motion = planar_arm.motion()
     tree, bodies = planar_arm.build(), as_bodies(planar_arm.build(), node_type)
     of_tree, of_bodies = run(tree, motion), run(bodies, motion)
-    # In the first steps, whose corrections nothing has made expect, they are 3e-6 apart.
-    np.testing.assert_allclose(of_bodies.coordinates, of_tree.coordinates, rtol=0, atol=5e-6)
+    # In the first steps, whose corrections nothing has made expect, the tree keeps excitations of
+    # iterates that are off by up to NEAR, and its coordinates are 9e-6 apart.
+    np.testing.assert_allclose(of_bodies.coordinates, of_tree.coordinates, rtol=0, atol=NEAR)
     gap = np.abs(of_bodies.excitation_values - of_tree.excitation_values)
     assert np.median(gap) < 1e-5 and gap.max() < 0.02
     assert drift(bodies, of_bodies) < 2.5e-5  # CSF's: 1.6e-3

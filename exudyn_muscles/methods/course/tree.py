@@ -24,6 +24,10 @@ from .muscles import check_integrated, muscles_go_on
 from .nodes import FINE, SMOOTH, USUAL
 from .step import Led, Step
 
+# An iterate that is off by less [rad or m] keeps its excitations and is moved once more, which
+# costs less than another iterate. What it leaves of the control law grows from step to step where
+# muscles overshoot, until it is asked for again: chatter of this size at most.
+NEAR = 2e-5
 INNER = SMOOTH[1:-1]
 INNER_VALUE, INNER_SLOPE = hermite(INNER)
 
@@ -67,6 +71,7 @@ class TreeCourse:
     """The muscles and the tree of a model over steps; see `Course`."""
 
     passes = 2
+    near = NEAR
 
     def __init__(self, model: MusculoskeletalModel, skeleton: Skeleton) -> None:
         tables, m = model.muscles.tables, len(model.muscles)
@@ -96,15 +101,10 @@ class TreeCourse:
         return tracked
 
     def over(self, step: Step) -> Led:
-        skeleton, h, here, begun = self._skeleton, step.window.h, step.here, step.begun
+        skeleton, h, here = self._skeleton, step.window.h, step.here
         (q_0, v_0, _), q_1, v_1 = skeleton.start, skeleton.q, skeleton.v
         ends = np.array([q_0, h * v_0, q_1, h * v_1])
-        inner = [
-            skeleton.dynamics_within(x @ ends, x_t @ ends / h, step.end - (1.0 - s) * h)
-            for s, x, x_t in zip(INNER, INNER_VALUE, INNER_SLOPE, strict=True)
-        ]
-        Ms = np.array([begun.M, *(x.M for x in inner), here.M])
-        biases = np.array([begun.bias, *(x.bias for x in inner), here.bias])
+        Ms, biases = known = step.known or self._dynamics(step, ends)
         for nodes in (USUAL, FINE):
             q, v, reduced = skeleton.basis.along(nodes.value @ ends, nodes.slope @ ends / h)
             course = self._muscles(step, h * nodes.s, q, v)
@@ -115,9 +115,19 @@ class TreeCourse:
             held = zip(q, step.reserves_at(nodes.s), strict=True)
             torques = torques + [self._model.columns(x) @ f for x, f in held]
         lack = reduced(torques) - nodes.smooth @ biases
-        a = np.linalg.solve(np.tensordot(nodes.smooth, Ms, 1), lack[..., None])[..., 0]
+        M = (nodes.smooth @ Ms.reshape(len(Ms), -1)).reshape(-1, *here.M.shape)
+        a = np.linalg.solve(M, lack[..., None])[..., 0]
         away = nodes.away(h, (q_0, v_0), (q_1, v_1), a)
-        return Led(away, course.activation, course.tendon_length, here)
+        return Led(away, course.activation, course.tendon_length, here, known)
+
+    def _dynamics(self, step: Step, ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """M (4, n, n) and H - Q (4, n) at the nodes `SMOOTH` of a step between these states."""
+        h = step.window.h
+        inner = self._skeleton.dynamics_within(
+            INNER_VALUE @ ends, INNER_SLOPE @ ends / h, step.end - (1.0 - INNER) * h
+        )
+        of_nodes = step.begun, *inner, step.here
+        return np.array([x.M for x in of_nodes]), np.array([x.bias for x in of_nodes])
 
     def _muscles(self, step: Step, times: np.ndarray, q: np.ndarray, v: np.ndarray) -> MuscleCourse:
         windows, (a, l_t, *_), u = step.window.windows, step.window.start, step.excitation
