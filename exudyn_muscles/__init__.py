@@ -3,7 +3,7 @@
 from importlib.metadata import version
 from typing import Any
 
-from . import opensim, plot, storage, view
+from . import analysis, opensim, operators, plot, storage, view
 from .errors import (
     DisplayError,
     ExudynMusclesError,
@@ -16,6 +16,7 @@ from .errors import (
     MotionError,
     MotionWarning,
     ParameterError,
+    PassiveForceWarning,
     PathWarning,
     RecruitmentError,
     ResultFileError,
@@ -141,6 +142,7 @@ __all__ = [
     "NodeCoordinate",
     "Normalizer",
     "ParameterError",
+    "PassiveForceWarning",
     "PathPoint",
     "PathWarning",
     "PathWrap",
@@ -185,6 +187,7 @@ __all__ = [
     "WrapSphere",
     "WrappingError",
     "add_external_force",
+    "analysis",
     "computed_muscle_control",
     "cosimulate",
     "equilibrium",
@@ -195,6 +198,7 @@ __all__ = [
     "muscle_sensor",
     "muscles_at_rest",
     "opensim",
+    "operators",
     "plot",
     "read_storage",
     "report",

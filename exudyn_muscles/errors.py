@@ -108,6 +108,10 @@ class PathWarning(ExudynMusclesWarning):
     """A muscle path cannot act on the skeleton."""
 
 
+class PassiveForceWarning(ExudynMusclesWarning):
+    """A muscle pulls with more than its isometric force without being excited."""
+
+
 class IncompleteRunWarning(ExudynMusclesWarning):
     """Exudyn returned before the end time without raising an exception."""
 

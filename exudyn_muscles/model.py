@@ -8,9 +8,10 @@ from typing import get_args
 import exudyn as exu
 import numpy as np
 
-from .errors import ModelError, ParameterError, PathWarning, warn
+from .errors import ModelError, ParameterError, PassiveForceWarning, PathWarning, warn
 from .forces.actuators import Actuator, actuator_names, actuator_table
 from .muscle.dynamics import tendon_forces
+from .muscle.equilibrium import equilibrium
 from .muscle.parameters import Muscle, MuscleSet
 from .path.paths import collect_paths
 from .skeleton.coupling import DependentCoordinate
@@ -87,6 +88,7 @@ class MusculoskeletalModel:
         reserves: Sequence[Actuator] = (),
         followers: Sequence[DependentCoordinate] | None = None,
     ) -> None:
+        self._tree = tree
         if not isinstance(mbs, exu.MainSystem):
             raise ModelError(f"mbs must be an exudyn.MainSystem, got {type(mbs).__name__}")
         muscles = _listed("muscles", muscles, Muscle)
@@ -137,6 +139,28 @@ class MusculoskeletalModel:
                     f"muscle '{name}' crosses no coordinate: all its path points are on one link",
                     PathWarning,
                 )
+
+    def replace(
+        self,
+        muscles: Iterable[Muscle] | None = None,
+        reserves: Sequence[Actuator] | None = None,
+    ) -> MusculoskeletalModel:
+        """The same skeleton with other muscles or ideal actuators; what is left out stays.
+
+        Raises
+        ------
+        ParameterError
+            As of a new model.
+        """
+        tree, skeleton = isinstance(self.skeleton, Skeleton), self.skeleton
+        return MusculoskeletalModel(
+            self.mbs,
+            self._tree,
+            self.muscles if muscles is None else muscles,
+            coordinates=skeleton.tree_coordinates if tree else None,
+            dependent_coordinates=self.dependent_coordinates,
+            reserves=self.reserves if reserves is None else reserves,
+        )
 
     @property
     def mbs(self) -> exu.MainSystem:
@@ -200,6 +224,11 @@ class MusculoskeletalModel:
         ParameterError
             A tendon is slack throughout, or a fibre stretched far beyond use; names the muscle, the
             parameter and its limit.
+
+        Warns
+        -----
+        PassiveForceWarning
+            A muscle at its minimum activation pulls with more than F0 where it is longest.
         """
         lengths = self._longest(q)
         for muscle, longest, taut in zip(
@@ -220,6 +249,25 @@ class MusculoskeletalModel:
                 f"is too long, {reached}, less than the shortest fiber of {fiber:.4g} m"
             )
         self.check_stretch(lengths)
+        self._warn_of_passive_forces(lengths)
+
+    def _warn_of_passive_forces(self, lengths: np.ndarray) -> None:
+        """Warn of muscles that bear more than F0 at these lengths (m,), as good as inactive."""
+        muscles = self.muscles
+        F = equilibrium(muscles, muscles.minimum_activation, lengths).force
+        strong = np.flatnonzero(muscles.max_isometric_force < F)
+        if strong.size:
+            named = [
+                f"{muscles.names[i]} {F[i]:.4g} N, {F[i] / muscles.max_isometric_force[i]:.3g} "
+                f"times its max_isometric_force, on a path of {lengths[i]:.4g} m"
+                for i in strong
+            ]
+            warn(
+                f"muscles that pull with more than they are strong, in this motion and without "
+                f"excitation: {'; '.join(named)}. Their optimal_fiber_length or "
+                "tendon_slack_length may be too short, or exudyn_muscles.operators help",
+                PassiveForceWarning,
+            )
 
     def check_stretch(self, lengths: np.ndarray) -> None:
         """Check that no fibre is stretched far beyond use by musculotendon lengths (m,) [m].

@@ -91,16 +91,29 @@ class Curve:
         self.pieces.setflags(write=False)
 
     @classmethod
-    def line(cls, slope: float, intercept: float) -> Curve:
-        """The straight line slope x + intercept, to the last bit."""
+    def _of(cls, pieces: np.ndarray) -> Curve:
         curve = cls.__new__(cls)
-        curve.pieces = np.zeros((3, COLUMNS))
-        curve.pieces[:, ORIGIN] = [0.0, 0.0, 1.0]
-        curve.pieces[:, 1] = [intercept, intercept, slope + intercept]
-        curve.pieces[:, 2] = slope
-        curve.pieces[:, END] = [0.0, 1.0, np.nan]
+        curve.pieces = pieces
         curve.pieces.setflags(write=False)
         return curve
+
+    @classmethod
+    def line(cls, slope: float, intercept: float) -> Curve:
+        """The straight line slope x + intercept, to the last bit."""
+        pieces = np.zeros((3, COLUMNS))
+        pieces[:, ORIGIN] = [0.0, 0.0, 1.0]
+        pieces[:, 1] = [intercept, intercept, slope + intercept]
+        pieces[:, 2] = slope
+        pieces[:, END] = [0.0, 1.0, np.nan]
+        return cls._of(pieces)
+
+    def stretched(self, about: float, factor: float) -> Curve:
+        """The curve of (x - about) / factor + about: wider by a positive factor."""
+        pieces = self.pieces.copy()
+        for column in (ORIGIN, END):
+            pieces[:, column] = (self.pieces[:, column] - about) * factor + about
+        pieces[:, COEFFICIENTS] /= factor ** np.arange(6)
+        return self._of(pieces)
 
     @property
     def range(self) -> tuple[float, float]:

@@ -221,6 +221,13 @@ class ExudynSkeleton(ABC):
         """What the model's lengths are computed from, its `geometry` of a tree and its `loads` of
         any other system, at rest at the coordinates `q` (k, n) of a motion, before a run."""
 
+    def places_of(
+        self, q: np.ndarray, v: np.ndarray, x: np.ndarray, x_t: np.ndarray, t: np.ndarray
+    ) -> Iterator[tuple]:
+        """The `place`s of recorded states, q, q' (k, n) of what is tracked and `x`, `x_t` (k, N) of
+        the whole system, at times (k,)."""
+        return zip(q, v, strict=True)
+
     @abstractmethod
     def dynamics(self) -> Dynamics:
         """M and H - Q, without the muscles, at the system's current state and time."""
@@ -302,9 +309,9 @@ class ExudynSkeleton(ABC):
     def applied(self, place: tuple) -> np.ndarray:
         """The torques (n,) on the coordinates that Exudyn has now, at the `place`."""
 
-    @abstractmethod
     def reduced(self, covectors: np.ndarray) -> np.ndarray:
         """Loads (..., k) of what unit forces are on `width` coordinates, at the current state."""
+        return covectors
 
     # Newton's matrix, in which the loads follow the iterate.
 
@@ -330,10 +337,10 @@ class ExudynSkeleton(ABC):
     ) -> np.ndarray:
         """The same with slopes (n, n) of `imbalance` but for its q'', times the factor dq."""
 
-    @abstractmethod
     def reduced_rows(self, exact: np.ndarray) -> np.ndarray:
         """`rows` of Exudyn's Newton matrix as those of the coordinates that loads act on."""
+        return exact
 
-    @abstractmethod
     def all_rows(self, wanted: np.ndarray) -> np.ndarray:
         """`rows` of a Newton matrix with those of the coordinates that loads act on."""
+        return wanted

@@ -248,6 +248,15 @@ class GeneralSkeleton(ExudynSkeleton):
             for pose in system.rest_along(q):
                 yield (pose,)
 
+    def places_of(
+        self, q: np.ndarray, v: np.ndarray, x: np.ndarray, x_t: np.ndarray, t: np.ndarray
+    ) -> Iterator[tuple]:
+        with self._apart(q[0]) as system:
+            for k, time in enumerate(t):
+                system.state.q[:], system.state.v[:] = x[k], x_t[k]
+                self.mbs.systemData.SetTime(time)
+                yield system.dynamics().place
+
     def pose(self) -> Pose:
         """The current one."""
         return self.now.pose()
@@ -339,12 +348,3 @@ class GeneralSkeleton(ExudynSkeleton):
         T, rows = here.place[2].T, exact.copy()
         rows[:, self.free] -= T.T @ slopes @ T
         return rows
-
-    def reduced(self, covectors: np.ndarray) -> np.ndarray:
-        return covectors
-
-    def reduced_rows(self, exact: np.ndarray) -> np.ndarray:
-        return exact
-
-    def all_rows(self, wanted: np.ndarray) -> np.ndarray:
-        return wanted

@@ -1,0 +1,112 @@
+"""The forces that would also have done: for every muscle the least and the largest force with which
+the same torques can be met.
+
+For every window two linear programs a muscle, min and max F_i subject to
+
+    r^T F = r^T F_opt,    F_min <= F <= F_max,
+
+solved by HiGHS, each from where the one before has ended.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import RecruitmentError
+from ..model import MusculoskeletalModel
+from ..results.trajectory import Trajectory
+from .states import check_fits, geometries
+from .table import Table, tabulated
+
+# Of forces over max_isometric_force, and of torques over what a row's muscles can do together.
+FEASIBLE = 1e-9
+
+
+def feasible_forces(model: MusculoskeletalModel, result: Trajectory) -> Table:
+    """Ranges of the muscles' forces at the windows' ends.
+
+    Ideal actuators keep the forces that they had, so that it is muscles alone that replace each
+    other. The recruited forces lie within.
+
+    Parameters
+    ----------
+    model : MusculoskeletalModel
+    result : Trajectory
+        Of this model, with windows.
+
+    Returns
+    -------
+    Table
+        `force_least/muscle`, `force_optimal/muscle`, `force_largest/muscle` [N], one row a window.
+
+    Raises
+    ------
+    ParameterError
+        The trajectory is of another model.
+    RecruitmentError
+        No range was found in a window; names it.
+    ImportError
+        highspy is not installed (`pip install exudyn_muscles[analysis]`).
+    """
+    check_fits(model, result)
+    names, ends = model.muscles.names, result.window_time[1:]
+    F0 = np.array([muscle.max_isometric_force for muscle in model.muscles])
+    at = np.searchsorted(result.time, ends - 1e-9)
+    arms = [geometry.moment_arms for geometry in geometries(model, result)]
+    least, largest = np.empty((2, ends.size, len(names)))
+    for k, t in enumerate(ends):
+        F, low, high = result.force_optimal[k], result.force_min[k], result.force_max[k]
+        # Forces that a step really ended with may be off their limits by a window's tolerance.
+        low, high = np.minimum(low, F), np.maximum(high, F)
+        try:
+            least[k], largest[k] = force_ranges(arms[at[k]], F, low, high, F0)
+        except RecruitmentError as error:
+            raise RecruitmentError(f"window that ends at t = {t:g} s: {error}") from error
+    parts = {
+        "force_least": ("N", names, least),
+        "force_optimal": ("N", names, result.force_optimal),
+        "force_largest": ("N", names, largest),
+    }
+    return tabulated("feasible forces", ends, parts)
+
+
+def force_ranges(
+    r: np.ndarray, F: np.ndarray, low: np.ndarray, high: np.ndarray, size: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The least and the largest forces (m,) [N] between `low` and `high` (m,) that do the torques
+    of `F` (m,) with the arms `r` (m, n); they are scaled by `size` (m,).
+
+    Raises
+    ------
+    RecruitmentError
+        The solver does not find them.
+    """
+    import highspy
+
+    m, n = r.shape
+    A = (r * size[:, None]).T  # (n, m) of x = F / size
+    scale = np.abs(A).max(axis=1, initial=0.0)
+    A, scale = A[scale > 0.0], scale[scale > 0.0]
+    A = A / scale[:, None]
+    b = A @ (F / size)
+    solver = highspy.Highs()
+    solver.setOptionValue("output_flag", False)
+    for tolerance in ("primal_feasibility_tolerance", "dual_feasibility_tolerance"):
+        solver.setOptionValue(tolerance, FEASIBLE)
+    solver.setOptionValue("presolve", "off")  # which would begin anew every time
+    solver.setOptionValue("threads", 1)
+    solver.addVars(m, low / size, high / size)
+    columns = np.arange(m, dtype=np.int32)
+    for row, value in zip(A, b, strict=True):
+        solver.addRow(value, value, m, columns, row)
+    ranges = np.empty((2, m))
+    for i in range(m):
+        for side, sign in enumerate((1.0, -1.0)):
+            solver.changeColCost(i, sign)
+            solver.run()
+            if solver.getModelStatus() != highspy.HighsModelStatus.kOptimal:
+                status = solver.modelStatusToString(solver.getModelStatus())
+                raise RecruitmentError(f"range of the force of muscle {i}: HiGHS says {status}")
+            ranges[side, i] = sign * solver.getObjectiveValue() * size[i]
+        solver.changeColCost(i, 0.0)
+    return ranges[0], ranges[1]

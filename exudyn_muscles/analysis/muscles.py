@@ -1,0 +1,83 @@
+"""Lengths, velocities, forces, powers and moment arms of all muscles along a trajectory, as
+OpenSim's MuscleAnalysis has them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..model import MusculoskeletalModel
+from ..muscle.dynamics import muscle_dynamics
+from ..results.trajectory import Trajectory
+from .states import check_fits, geometries
+from .table import Table, tabulated
+
+
+def muscle_analysis(model: MusculoskeletalModel, result: Trajectory) -> Table:
+    """What every muscle does over time.
+
+    Parameters
+    ----------
+    model : MusculoskeletalModel
+    result : Trajectory
+        Of this model.
+
+    Returns
+    -------
+    Table
+        `quantity/muscle`, with OpenSim's quantities in this package's names: `length`,
+        `lengthening_speed`, `fiber_length`, `normalized_fiber_length`, `fiber_velocity`,
+        `normalized_fiber_velocity`, `pennation_angle`, `tendon_length`, `tendon_force`,
+        `active_fiber_force`, `passive_fiber_force`, both also `..._along_tendon`, the
+        `passive_share` of the fibre's force, and the powers that they do: `fiber_active_power`,
+        `fiber_passive_power`, `tendon_power`, `muscle_power`, of which the last is the sum of the
+        others while the tendon is taut. `moment_arm/coordinate/muscle` is -dl/dq,
+        `moment/coordinate/muscle` the torque or force that goes with it.
+
+    Raises
+    ------
+    ParameterError
+        The trajectory is of another model.
+    """
+    check_fits(model, result)
+    muscles, names = model.muscles, model.muscles.names
+    each = list(geometries(model, result))
+    length, speed = (np.array([g[k] for g in each]) for k in range(2))
+    rows = zip(result.activations, result.tendon_lengths, length, speed, strict=True)
+    found = [muscle_dynamics(muscles, *row) for row in rows]
+
+    def of(field: str) -> np.ndarray:
+        return np.array([getattr(state, field) for state in found])
+
+    F, alpha, v = of("tendon_force"), of("pennation_angle"), of("fiber_velocity")
+    active, passive = of("active_fiber_force"), of("passive_fiber_force")
+    optimal = np.array([muscle.optimal_fiber_length for muscle in muscles])
+    fastest = np.array([muscle.max_contraction_velocity for muscle in muscles])
+    borne = active + passive
+    share = np.divide(passive, borne, out=np.zeros_like(borne), where=borne != 0.0)
+    columns = {
+        "length": ("m", length),
+        "lengthening_speed": ("m/s", speed),
+        "fiber_length": ("m", of("fiber_length")),
+        "normalized_fiber_length": ("", of("fiber_length") / optimal),
+        "fiber_velocity": ("m/s", v),
+        "normalized_fiber_velocity": ("", v / (fastest * optimal)),
+        "pennation_angle": ("rad", alpha),
+        "tendon_length": ("m", muscles.with_rigid(result.tendon_lengths)),
+        "tendon_force": ("N", F),
+        "active_fiber_force": ("N", active),
+        "passive_fiber_force": ("N", passive),
+        "active_fiber_force_along_tendon": ("N", active * np.cos(alpha)),
+        "passive_fiber_force_along_tendon": ("N", passive * np.cos(alpha)),
+        "passive_share": ("", share),
+        "fiber_active_power": ("W", -active * v),
+        "fiber_passive_power": ("W", -passive * v),
+        "tendon_power": ("W", -F * of("tendon_length_rate")),
+        "muscle_power": ("W", -F * speed),
+    }
+    parts = {name: (unit, names, values) for name, (unit, values) in columns.items()}
+    r = np.array([g.moment_arms for g in each])  # (T, m, n)
+    for j, coordinate in enumerate(model.coordinates):
+        turns = model.skeleton.units[j] == "rad"
+        parts[f"moment_arm/{coordinate}"] = "m" if turns else "", names, r[:, :, j]
+        parts[f"moment/{coordinate}"] = "N m" if turns else "N", names, r[:, :, j] * F
+    return tabulated("muscle analysis", result.time, parts)

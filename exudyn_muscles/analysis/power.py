@@ -1,0 +1,59 @@
+"""Power of fibres, tendons, muscles and joints, and the work that they have done."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..model import MusculoskeletalModel
+from ..results.trajectory import Trajectory
+from .muscles import muscle_analysis
+from .table import Table, tabulated
+
+
+def power(model: MusculoskeletalModel, result: Trajectory) -> Table:
+    """Who does how much power [W].
+
+    A muscle's power -F l' is that of its fibre and its tendon together. All muscles' power on the
+    coordinates and that of the ideal actuators is the power of the joint torques.
+
+    Parameters
+    ----------
+    model : MusculoskeletalModel
+    result : Trajectory
+        Of this model.
+
+    Returns
+    -------
+    Table
+        `fiber_power/muscle`, `tendon_power/muscle`, `muscle_power/muscle`, and by coordinates
+        `joint_power/coordinate` of all that is delivered there, `reserve_power/coordinate` of what
+        ideal actuators add.
+
+    Raises
+    ------
+    ParameterError
+        The trajectory is of another model.
+    """
+    muscles, names = muscle_analysis(model, result), model.muscles.names
+    fiber = muscles["fiber_active_power"] + muscles["fiber_passive_power"]
+    v = result.speeds
+    parts = {
+        "fiber_power": ("W", names, fiber),
+        "tendon_power": ("W", names, muscles["tendon_power"]),
+        "muscle_power": ("W", names, muscles["muscle_power"]),
+        "joint_power": ("W", model.coordinates, result.torques_delivered * v),
+        "reserve_power": ("W", model.coordinates, result.torques_ideal * v),
+    }
+    return tabulated("power", result.time, parts)
+
+
+def work(powers: Table) -> Table:
+    """The work [J] that was done since the first time, of a table of powers.
+
+    By Simpson's rule; energy that a tendon has stored comes back as its positive work.
+    """
+    from scipy.integrate import cumulative_simpson  # slow to import, and rarely asked for
+
+    done = cumulative_simpson(powers.values, x=powers.time, axis=0, initial=0.0)
+    columns = tuple(name.replace("_power/", "_work/") for name in powers.columns)
+    return replace(powers, name="work", columns=columns, units=("J",) * len(columns), values=done)

@@ -1,0 +1,31 @@
+"""The muscles' geometry along a trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ..errors import ParameterError
+from ..model import MusculoskeletalModel
+from ..results.trajectory import Trajectory
+from ..skeleton.geometry import Geometry
+
+
+def check_fits(model: MusculoskeletalModel, result: Trajectory) -> None:
+    """Raise ParameterError unless the trajectory is one of such a model; names what differs."""
+    for what, mine, its in (
+        ("coordinates", model.coordinates, result.coordinate_names),
+        ("muscles", model.muscles.names, result.muscle_names),
+        ("coordinates of the system", model.skeleton.system_names, result.system_names),
+    ):
+        if tuple(mine) != tuple(its):
+            raise ParameterError(
+                f"the trajectory has the {what} {', '.join(its) or 'none'}, the model "
+                f"{', '.join(mine) or 'none'}"
+            )
+
+
+def geometries(model: MusculoskeletalModel, result: Trajectory) -> Iterator[Geometry]:
+    """l, l' and r of the muscles at every time of the trajectory."""
+    states = result.coordinates, result.speeds, result.system_coordinates, result.system_speeds
+    for place in model.skeleton.places_of(*states, result.time):
+        yield model.geometry(*place)

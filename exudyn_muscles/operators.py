@@ -1,0 +1,99 @@
+"""Operators on muscles, of models of any origin: muscles in, changed muscles out, to be chained.
+
+    weaker = operators.scale_max_isometric_force(model.muscles, 0.5, ["soleus_r"])
+    rigid = operators.ignore_tendon_compliance(weaker)
+    model = model.replace(muscles=rigid)
+
+They do what OpenSim's `ModelOperator`s of similar names do. `names` are the muscles that are
+changed, all if left out; ParameterError names one that there is not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any
+
+from .errors import ParameterError
+from .muscle.laws.changed import ChangedLaw
+from .muscle.laws.law import MuscleLaw
+from .muscle.parameters import Muscle
+
+LEAST_ACTIVATION = 0.01  # OpenSim's, of laws that divide by the activation
+
+
+def ignore_passive_fiber_forces(
+    muscles: Iterable[Muscle], names: Iterable[str] | None = None
+) -> list[Muscle]:
+    """Fibres that bear nothing passively (`ModOpIgnorePassiveFiberForcesDGF`); dampers stay."""
+    return _changed(
+        muscles, names, lambda m: {"law": _like(m.law, ignore_passive_fiber_force=True)}
+    )
+
+
+def scale_active_fiber_force_curve_width(
+    muscles: Iterable[Muscle], factor: float, names: Iterable[str] | None = None
+) -> list[Muscle]:
+    """Fibres that are active over a wider range of lengths, a `factor` of at least 1 times what
+    they have (`ModOpScaleActiveFiberForceCurveWidthDGF`)."""
+
+    def wider(muscle: Muscle) -> dict[str, Any]:
+        now = getattr(muscle.law, "active_force_width_scale", 1.0)
+        return {"law": _like(muscle.law, active_force_width_scale=factor * now)}
+
+    return _changed(muscles, names, wider)
+
+
+def ignore_tendon_compliance(
+    muscles: Iterable[Muscle], names: Iterable[str] | None = None, *, ignore: bool = True
+) -> list[Muscle]:
+    """Rigid tendons, or with `ignore=False` elastic ones (`ModOpIgnoreTendonCompliance`)."""
+    return _changed(muscles, names, lambda _: {"ignore_tendon_compliance": ignore})
+
+
+def replace_law(
+    muscles: Iterable[Muscle], law: MuscleLaw, names: Iterable[str] | None = None
+) -> list[Muscle]:
+    """Another law (`ModOpReplaceMusclesWithDeGrooteFregly2016` and others).
+
+    A tendon's own strain stays where the new law has such a number, and the minimum activation is
+    at least 0.01 where the law divides by it.
+    """
+
+    def changed(muscle: Muscle) -> dict[str, Any]:
+        scales = law.tendon_strain_at_one_norm_force is not None
+        least = 0.0 if law.bears_no_activation else LEAST_ACTIVATION
+        return {
+            "law": law,
+            "tendon_strain_at_one_norm_force": muscle.tendon_strain if scales else None,
+            "minimum_activation": max(muscle.minimum_activation, least),
+        }
+
+    return _changed(muscles, names, changed)
+
+
+def scale_max_isometric_force(
+    muscles: Iterable[Muscle], factor: float, names: Iterable[str] | None = None
+) -> list[Muscle]:
+    """Stronger or weaker muscles (`ModOpScaleMaxIsometricForce`)."""
+    return _changed(
+        muscles, names, lambda m: {"max_isometric_force": factor * m.max_isometric_force}
+    )
+
+
+def _like(law: MuscleLaw, **changes: Any) -> ChangedLaw:
+    return replace(law if isinstance(law, ChangedLaw) else ChangedLaw(law), **changes)
+
+
+def _changed(
+    muscles: Iterable[Muscle],
+    names: Iterable[str] | None,
+    change: Callable[[Muscle], dict[str, Any]],
+) -> list[Muscle]:
+    """The muscles, those of these names with other parameters."""
+    listed = list(muscles)
+    there = [muscle.name for muscle in listed]
+    chosen = set(there if names is None else [names] if isinstance(names, str) else names)
+    for name in sorted(chosen - set(there)):
+        raise ParameterError(f"there is no muscle '{name}', only {', '.join(there)}")
+    return [replace(m, **change(m)) if m.name in chosen else m for m in listed]

@@ -1,0 +1,92 @@
+"""Operators on muscles, and models with other muscles on the same skeleton."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import exudyn_muscles as em
+from exudyn_muscles import operators
+from exudyn_muscles.muscle.laws import LAWS
+from models import pedalling, pendulum
+
+
+def unit(name="unit", **parameters):
+    size = {"max_isometric_force": 1000.0, "optimal_fiber_length": 0.1, "tendon_slack_length": 0.2}
+    return em.Muscle(name, **(size | parameters))
+
+
+def curves(muscle):
+    return muscle.law.curves()
+
+
+@pytest.mark.parametrize("law", LAWS.values())
+def test_fibres_without_passive_force(law):
+    (muscle,) = operators.ignore_passive_fiber_forces([unit(law=law())])
+    x = np.linspace(0.3, 2.5, 50)
+    assert not curves(muscle).passive_force_length(x).any()
+    np.testing.assert_array_equal(
+        curves(muscle).active_force_length(x), law().curves().active_force_length(x)
+    )
+    (l,) = em.tendon_length(em.MuscleSet([muscle]), [1.6 * muscle.optimal_fiber_length], [1.0])
+    assert 0.0 < l < 1.0
+
+
+@pytest.mark.parametrize("law", LAWS.values())
+def test_wider_fibres(law):
+    once = operators.scale_active_fiber_force_curve_width([unit(law=law())], 1.5)
+    (twice,) = operators.scale_active_fiber_force_curve_width(once, 1.2)
+    x = np.linspace(0.3, 2.0, 50)
+    expected = law().curves().active_force_length((x - 1.0) / 1.8 + 1.0)
+    np.testing.assert_allclose(curves(twice).active_force_length(x), expected, rtol=0, atol=1e-12)
+
+
+def test_wider_as_the_law_itself_has_it():
+    (muscle,) = operators.scale_active_fiber_force_curve_width([unit()], 1.5)
+    own = em.DeGrooteFregly2016(active_force_width_scale=1.5).curves().active_force_length
+    x = np.linspace(0.3, 2.0, 50)
+    # Curves are made to 1e-9 or so each.
+    np.testing.assert_allclose(curves(muscle).active_force_length(x), own(x), rtol=0, atol=1e-8)
+
+
+def test_tendons_strengths_and_laws():
+    both = [unit("a"), unit("b")]
+    changed = operators.ignore_tendon_compliance(both, ["b"])
+    assert [m.ignore_tendon_compliance for m in changed] == [False, True]
+    back = operators.ignore_tendon_compliance(changed, ignore=False)
+    assert [m.ignore_tendon_compliance for m in back] == [False, False]
+    stronger = operators.scale_max_isometric_force(both, 2.0, "a")
+    assert stronger[0].max_isometric_force == 2.0 * both[0].max_isometric_force
+    assert stronger[1] is both[1]
+    (damped,) = operators.replace_law([unit(minimum_activation=0.02)], em.Millard2012())
+    assert isinstance(damped.law, em.Millard2012) and damped.minimum_activation == 0.02
+    with pytest.raises(em.ParameterError, match="there is no muscle 'c', only a, b"):
+        operators.scale_max_isometric_force(both, 2.0, ["c"])
+
+
+@pytest.mark.parametrize("source", [pendulum, pedalling])
+def test_a_model_with_other_muscles(source):
+    model, motion = source.build(), source.motion()
+    before = em.static_optimization(model, motion)
+    stronger = model.replace(muscles=operators.scale_max_isometric_force(model.muscles, 2.0))
+    assert stronger.mbs is model.mbs and stronger.coordinates == model.coordinates
+    after = em.static_optimization(stronger, motion)
+    # Twice the strength, the same torques: the strongest has less to do from the start.
+    assert after.activations[0].max() < 0.8 * before.activations[0].max()
+    again = em.static_optimization(stronger.replace(muscles=model.muscles), motion)
+    assert again.compare(before) is None
+    reserve = em.Reserve(model.coordinates[0], optimal_force=1.0)
+    assert model.replace(reserves=[reserve]).reserves == (reserve,)
+
+
+def test_muscles_that_pull_strongly_by_themselves_are_named():
+    model, motion = pendulum.build(), pendulum.motion()
+    short = [
+        replace(muscle, tendon_slack_length=share * muscle.tendon_slack_length)
+        for muscle, share in zip(model.muscles, (0.6, 1.0), strict=True)
+    ]
+    weak = model.replace(muscles=short)
+    with pytest.warns(em.PassiveForceWarning, match=r"left .* N, .* times its max_isometric_force"):
+        weak.check_lengths(motion(np.linspace(0.0, 1.0, 11))[0])
+    relieved = weak.replace(muscles=operators.ignore_passive_fiber_forces(weak.muscles))
+    relieved.check_lengths(motion(np.linspace(0.0, 1.0, 11))[0])  # says nothing
