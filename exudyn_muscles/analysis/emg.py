@@ -1,0 +1,200 @@
+"""Electromyograms: read, made into envelopes, shifted, and compared with excitations.
+
+emg = EMG.from_file("emg.sto").envelope().normalized()
+agreement = compare_emg(result, emg, {"soleus_r": "soleus"}, delay=0.04)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import ParameterError
+from ..files.storage import read_storage
+from ..results.trajectory import Trajectory
+
+# A recommendation of the field for envelopes of gait: the band of surface electrodes, and a
+# low-pass of the rectified signal (C. J. De Luca and others, J. Biomech. 43 (2010), 1573-1579;
+# D. A. Winter, Biomechanics and Motor Control of Human Movement, 4th ed., section 10.3).
+BAND = 20.0, 400.0  # Hz
+CUTOFF = 6.0  # Hz
+# Usual between the signal and the force that it leads to [s]: P. R. Cavanagh and P. V. Komi,
+# European Journal of Applied Physiology 42 (1979), 159-163.
+DELAY = 0.05
+# Of the largest value: what rises above it is on.
+ONSET = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class EMG:
+    """Signals of c muscles over k times.
+
+    Attributes
+    ----------
+    names : tuple of str
+    time : (k,) ndarray
+        [s], in equal steps for filters.
+    values : (k, c) ndarray
+    """
+
+    names: tuple[str, ...]
+    time: np.ndarray
+    values: np.ndarray
+
+    @classmethod
+    def from_file(cls, file: str | Path) -> EMG:
+        """Of a storage file (`.sto`, `.mot`).
+
+        Raises
+        ------
+        StorageError
+            It cannot be read; names the line.
+        """
+        table = read_storage(file)
+        return cls(table.labels, table.time, table.values)
+
+    def envelope(self, *, band: tuple[float, float] | None = BAND, cutoff: float = CUTOFF) -> EMG:
+        """The rectified signal, smoothed: Butterworth filters of fourth order, forwards and back.
+
+        Parameters
+        ----------
+        band : pair of float, optional
+            Frequencies [Hz] that are kept before rectifying; its end is lowered to 0.9 of half the
+            sampling rate where that is less. None: of a signal that was filtered before.
+        cutoff : float
+            Of the envelope [Hz].
+
+        Raises
+        ------
+        ParameterError
+            Steps are not equal, or the sampling rate is too low; tells the limit.
+        """
+        from scipy.signal import butter, sosfiltfilt  # slow to import
+
+        nyquist = 0.5 / self._step()
+        x = self.values
+        if band is not None:
+            edges = band[0], min(band[1], 0.9 * nyquist)
+            if not 0.0 < edges[0] < edges[1]:
+                raise ParameterError(
+                    f"EMG: a band from {band[0]:g} Hz needs more than {2.3 * band[0]:.4g} samples "
+                    f"a second, there are {2.0 * nyquist:.4g}"
+                )
+            x = sosfiltfilt(butter(2, edges, "bandpass", fs=2.0 * nyquist, output="sos"), x, axis=0)
+        if not 0.0 < cutoff < nyquist:
+            raise ParameterError(
+                f"EMG: cutoff = {cutoff:g} Hz is outside (0, {nyquist:.4g}) Hz, half of the "
+                "sampling rate"
+            )
+        low = butter(2, cutoff, fs=2.0 * nyquist, output="sos")
+        return replace(self, values=np.maximum(sosfiltfilt(low, np.abs(x), axis=0), 0.0))
+
+    def normalized(self, by: ArrayLike | None = None) -> EMG:
+        """Over `by` (c,), such as values of maximum voluntary contraction, or over the largest
+        value of each.
+
+        Raises
+        ------
+        ParameterError
+            A divisor is not positive; names the muscle.
+        """
+        given = self.values.max(axis=0) if by is None else np.asarray(by, dtype=float)
+        size = np.broadcast_to(given, len(self.names))
+        for name, x in zip(self.names, size, strict=True):
+            if not 0.0 < x < np.inf:
+                raise ParameterError(f"EMG of '{name}' is to be divided by {x:g}")
+        return replace(self, values=self.values / size)
+
+    def delayed(self, delay: float) -> EMG:
+        """As it acts, the electromechanical `delay` [s] later."""
+        return replace(self, time=self.time + delay)
+
+    def at(self, name: str, t: np.ndarray) -> np.ndarray:
+        """Values of one muscle at times `t`, linear in between; NaN outside of the record."""
+        if name not in self.names:
+            raise ParameterError(f"EMG: there is no '{name}', only {', '.join(self.names)}")
+        x = self.values[:, self.names.index(name)]
+        return np.interp(t, self.time, x, left=np.nan, right=np.nan)
+
+    def _step(self) -> float:
+        steps = np.diff(self.time)
+        if steps.size < 15 or steps.max() - steps.min() > 1e-3 * steps.mean():
+            raise ParameterError(
+                "EMG: filters need at least 16 samples in equal steps; got "
+                + (f"steps from {steps.min():g} to {steps.max():g} s" if steps.size else "none")
+            )
+        return float(steps.mean())
+
+
+class Agreement(NamedTuple):
+    """How well an excitation agrees with a measured one, both over their largest value.
+
+    Attributes
+    ----------
+    rms : float
+        Root mean square of the difference.
+    correlation : float
+        Pearson's; NaN if one of them is constant.
+    onset : float
+        By how much later [s] the excitation first rises above 20 % of its largest value; NaN if
+        one of them is above it from the start.
+    """
+
+    rms: float
+    correlation: float
+    onset: float
+
+
+def compare_emg(
+    result: Trajectory, emg: EMG, muscles: Mapping[str, str], *, delay: float = DELAY
+) -> dict[str, Agreement]:
+    """Excitations of a result beside envelopes, where both are known.
+
+    Parameters
+    ----------
+    result : Trajectory
+    emg : EMG
+        Envelopes.
+    muscles : mapping
+        Muscle of the result -> name of the EMG; several muscles may share one.
+    delay : float
+        What lies between the signal and its effect [s], by which the envelopes are shifted.
+
+    Returns
+    -------
+    dict of str to Agreement
+
+    Raises
+    ------
+    ParameterError
+        A muscle or EMG is not there, or the two have no ten windows in common.
+    """
+    shifted, t = emg.delayed(delay), 0.5 * (result.window_time[:-1] + result.window_time[1:])
+    found = {}
+    for muscle, name in muscles.items():
+        if muscle not in result.muscle_names:
+            raise ParameterError(f"the result has no muscle '{muscle}'")
+        measured = shifted.at(name, t)
+        known = np.isfinite(measured)
+        if np.count_nonzero(known) < 10:
+            raise ParameterError(
+                f"EMG of '{name}' from {shifted.time[0]:g} to {shifted.time[-1]:g} s covers "
+                f"{np.count_nonzero(known)} windows of the result, which has "
+                f"{t[0]:g} to {t[-1]:g} s; 10 are needed"
+            )
+        mine = result.excitation_values[known, result.muscle_names.index(muscle)]
+        found[muscle] = _agreement(t[known], mine, measured[known])
+    return found
+
+
+def _agreement(t: np.ndarray, mine: np.ndarray, measured: np.ndarray) -> Agreement:
+    x, y = (values / max(values.max(), np.finfo(float).tiny) for values in (mine, measured))
+    varies = np.ptp(x) > 0.0 and np.ptp(y) > 0.0
+    correlation = float(np.corrcoef(x, y)[0, 1]) if varies else np.nan
+    rise = [t[np.argmax(z > ONSET)] if z[0] <= ONSET else np.nan for z in (x, y)]
+    return Agreement(float(np.sqrt(np.mean((x - y) ** 2))), correlation, float(rise[0] - rise[1]))
