@@ -12,9 +12,9 @@ from ..errors import DisplayError, ParameterError
 from ..files.disk import write_file
 from ..model import MusculoskeletalModel
 from ..results.trajectory import Trajectory
+from ..shapes.bones import checked_meshes
 from ..view.camera import FRONT
 from ..view.scene import check_belongs
-from .bones import checked_meshes
 from .charts import check_groups, contents
 from .page import assembled
 from .scene import build

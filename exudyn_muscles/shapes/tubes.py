@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 SIDES = 8
+
+Mesh = tuple[np.ndarray, np.ndarray]  # vertices (v, 3) [m], corners of triangles (t, 3)
 
 
 def tube(points: np.ndarray, radii: np.ndarray, sides: int = SIDES) -> np.ndarray:
@@ -55,6 +59,14 @@ def triangles(n: int, sides: int = SIDES) -> np.ndarray:
     found.append(np.column_stack([np.full(sides, start), after, k]))
     found.append(np.column_stack([np.full(sides, end), last + k, last + after]))
     return np.vstack(found).astype(np.uint32)
+
+
+def merged(meshes: Sequence[Mesh]) -> Mesh:
+    """Several meshes as one."""
+    begins = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])[:-1]
+    corners = [corners + begin for (_, corners), begin in zip(meshes, begins, strict=True)]
+    vertices = np.vstack([vertices for vertices, _ in meshes])
+    return vertices, np.vstack(corners).astype(np.uint32)
 
 
 def on_vertices(values: np.ndarray, sides: int = SIDES) -> np.ndarray:

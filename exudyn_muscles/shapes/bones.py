@@ -19,18 +19,16 @@ from ..path.frames import GROUND
 from ..path.paths import COORDINATE, Paths
 from ..path.surfaces import CYLINDER
 from ..skeleton.segments import Segment
-from .tubes import triangles, tube
+from .tubes import Mesh, triangles, tube
 
 # Radii over a bone's length; a femur's are 0.03 and 0.08.
 SHAFT, END = 0.032, 0.075
-BONE_SIDES, BONE_RINGS = 12, 20
-SPHERE = 16  # rings and sides
+BONE_SIDES, BONE_RINGS, KNOB_RINGS = 10, 12, 4
+SPHERE = 18  # rings and sides
 # kg/m^3: a trunk with the air in its lungs has 400 and more as an ellipsoid, while the small bones
 # of a foot often have a larger inertia than they can, which makes integration easier.
 LIGHTEST = 200.0
 UNLIMITED = 3.0  # half the length that is drawn of an unlimited cylinder, in radii
-
-Mesh = tuple[np.ndarray, np.ndarray]  # vertices (v, 3) [m], corners of triangles (t, 3)
 
 
 def checked_meshes(
@@ -131,7 +129,7 @@ def _bone(start: np.ndarray, end: np.ndarray) -> Mesh:
     x = length * _dense_at_ends()
     to_end = np.minimum(x, length - x)
     # The knobs are spheres about the joints, beyond which they reach, and run out into the shaft.
-    reach = np.linspace(-0.8 * knob, 0.0, 7)[:-1]
+    reach = -knob * np.cos(np.linspace(0.2 * np.pi, 0.5 * np.pi, KNOB_RINGS + 1)[:-1])
     before = np.concatenate([reach, x, length - reach[::-1]])
     inside = np.sqrt(np.maximum(knob**2 - np.minimum(reach, 0.0) ** 2, 0.0))
     course = shaft + (knob - shaft) * np.exp(-((to_end / (1.6 * knob)) ** 2))
