@@ -12,17 +12,23 @@ from ..model import MusculoskeletalModel
 from ..path.frames import GROUND
 from ..results.trajectory import Trajectory
 from ..shapes import bellies, bones
-from ..shapes.tubes import Mesh, merged, triangles, tube
-from ..view.colors import ACTIVE, BONE, RELAXED, SURFACE
+from ..shapes.bones import SMALLEST_BONE
+from ..shapes.tubes import Mesh, triangles, tube
+from ..view.colors import (
+    ACTIVE,
+    BONE,
+    FLESH,
+    FLESH_OPACITY,
+    RELAXED,
+    SURFACE,
+    SURFACE_OPACITY,
+    TENDON,
+)
 from .frames import Frames, sampled
 
-FLESH = (0.93, 0.74, 0.64)
-TENDON = (0.93, 0.90, 0.82)
 FORCE = (0.10, 0.55, 0.25)
-FLESH_OPACITY, SURFACE_OPACITY = 0.16, 0.45
 ARROW = 0.45  # length of the largest external force, as part of the scene's size
 ARROW_RADIUS, ARROW_HEAD = 0.008, 0.12  # radius and head, as parts of the size and the length
-SMALLEST_BONE = 0.01  # part of the scene's size
 GRAIN = 2.0**13  # 1/m: places are rounded to 0.12 mm, which halves the page
 COMPRESSION = 6  # of zlib
 FIELD = 35.0  # deg of the camera
@@ -107,23 +113,20 @@ def _segments(
     skeleton, flesh = [], []
     for k, segment in enumerate(frames.segments):
         moves = {"model_matrix": _over(frames.time, frames.bodies[:, k])}
-        if segment.number in meshes:
-            own = [meshes[segment.number]]
-        else:
-            own = bones.bones(segment, SMALLEST_BONE * size)
-            own += [each for each in [bones.hull(segment, model.paths)] if each is not None]
+        own = meshes.get(segment.number)
         # Nobody knows which way the triangles of a user's mesh face.
-        side = "double" if segment.number in meshes else "front"
-        skeleton.append(_add(plot, merged(own), BONE, side=side, **moves) if own else 0)
+        side = "front" if own is None else "double"
+        part = own or bones.skeletal(segment, model.paths, SMALLEST_BONE * size)
+        skeleton.append(0 if part is None else _add(plot, part, BONE, side=side, **moves))
         around = bones.flesh(segment)
         if around is not None:
             flesh.append(_add(plot, around, FLESH, opacity=FLESH_OPACITY, **moves))
     fixed = meshes.get(GROUND) or bones.hull(None, model.paths)
     if fixed is not None:
         vertices, corners = fixed
-        own = GROUND in meshes
-        side = "double" if own else "front"
-        _add(plot, (vertices + offset, corners), BONE, flat_shading=not own, side=side)
+        given = GROUND in meshes
+        side = "double" if given else "front"
+        _add(plot, (vertices + offset, corners), BONE, flat_shading=not given, side=side)
     return skeleton, flesh
 
 

@@ -69,6 +69,15 @@ def merged(meshes: Sequence[Mesh]) -> Mesh:
     return vertices, np.vstack(corners).astype(np.uint32)
 
 
+def normals(vertices: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Unit normals (v, 3) of a smooth surface, means over the triangles (t, 3) around."""
+    a, b, c = (vertices[corners[:, k]] for k in range(3))
+    across, found = np.cross(b - a, c - a), np.zeros_like(vertices)
+    for k in range(3):
+        np.add.at(found, corners[:, k], across)
+    return found / np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-300)
+
+
 def on_vertices(values: np.ndarray, sides: int = SIDES) -> np.ndarray:
     """Values (..., n) of rings at the vertices (..., n sides + 2)."""
     return np.concatenate(

@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
+from exudyn_muscles.path.paths import Paths
 from exudyn_muscles.shapes import bellies, bones
-from exudyn_muscles.shapes.tubes import merged, triangles, tube
+from exudyn_muscles.shapes.tubes import merged, normals, triangles, tube
 from exudyn_muscles.skeleton.segments import Segment
+
+NO_PATHS = Paths.straight(np.empty((0, 3)), np.empty(0, dtype=np.int64), np.zeros(1, dtype=int))
 
 
 def volume(mesh):
@@ -48,7 +51,9 @@ def test_flesh_has_mass_and_inertia_of_its_segment():
     vertices, _ = bones.flesh(segment)
     np.testing.assert_allclose(np.ptp(vertices, axis=0), 2.0 * axes, rtol=0.03)
     np.testing.assert_allclose(vertices.mean(axis=0), center, atol=1e-3)
-    assert bones.flesh(segment._replace(tensor=1e-9 * np.eye(3))) is None  # a point
+    vertices, _ = bones.flesh(segment._replace(tensor=1e-9 * np.eye(3)))  # a point, as water
+    radius = np.linalg.norm(vertices - center, axis=1).max()
+    assert 4.0 / 3.0 * np.pi * radius**3 == pytest.approx(mass / 1000.0, rel=0.01)
     assert bones.flesh(segment._replace(tensor=np.eye(3))) is None  # lighter than anything
 
 
@@ -66,3 +71,23 @@ def test_a_straight_muscle_takes_few_rings_and_a_bent_one_more():
         for line in (straight, bent)
     )
     assert len(few) < len(more) and few.sum() < more.sum()
+
+
+def test_the_last_bone_ends_where_the_mass_does():
+    """As far beyond the center as the joint is before it, of a rod; at the center, of a point."""
+    center, moment = np.array([0.0, -0.2, 0.0]), 2.0 * 0.4**2 / 12.0
+    rod = Segment(0, 2.0, center, np.diag([moment, 0.0, moment]), np.zeros((1, 3)), 0)
+    for segment, end in ((rod, -0.4), (rod._replace(tensor=np.zeros((3, 3))), -0.2)):
+        vertices, _ = bones.skeletal(segment, NO_PATHS, 0.01)
+        knob = bones.END * abs(end)
+        assert vertices[:, 1].min() == pytest.approx(end - knob, abs=0.05 * knob)
+        assert vertices[:, 1].max() == pytest.approx(knob, abs=0.05 * knob)
+
+
+def test_normals_of_a_tube_point_away_from_its_axis():
+    points = np.linspace([0.0, 0.0, 0.0], [0.0, 0.0, 0.5], 5)
+    vertices, corners = tube(points, np.full(5, 0.02), 12), triangles(5, 12)
+    found = normals(vertices, corners)
+    np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1.0)
+    middle = slice(24, 36)  # the third ring
+    np.testing.assert_allclose(found[middle, :2], vertices[middle, :2] / 0.02, atol=0.01)
