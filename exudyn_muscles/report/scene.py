@@ -8,12 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..files.meshes import Mesh
 from ..model import MusculoskeletalModel
 from ..path.frames import GROUND
 from ..results.trajectory import Trajectory
 from ..shapes import bellies, bones
 from ..shapes.bones import SMALLEST_BONE
-from ..shapes.tubes import Mesh, triangles, tube
+from ..shapes.tubes import triangles, tube
 from ..view.colors import (
     ACTIVE,
     BONE,

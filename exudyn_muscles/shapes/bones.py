@@ -9,17 +9,19 @@ the hull of its joints and of the points that muscles have on it, as a pelvis is
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, QhullError
 
 from ..errors import ParameterError
+from ..files.meshes import Mesh, read_mesh
 from ..path.frames import GROUND
 from ..path.paths import COORDINATE, Paths
 from ..path.surfaces import CYLINDER
 from ..skeleton.segments import Segment
-from .tubes import Mesh, merged, triangles, tube
+from .tubes import merged, triangles, tube
 
 # Radii over a bone's length; a femur's are 0.03 and 0.08.
 SHAFT, END = 0.032, 0.075
@@ -35,7 +37,7 @@ UNLIMITED = 3.0  # half the length that is drawn of an unlimited cylinder, in ra
 
 
 def checked_meshes(
-    meshes: Mapping[int, tuple[ArrayLike, ArrayLike]], segments: Sequence[Segment]
+    meshes: Mapping[int, tuple[ArrayLike, ArrayLike] | str | Path], segments: Sequence[Segment]
 ) -> dict[int, Mesh]:
     """A user's meshes by the numbers of their segments, or ParameterError."""
     numbers, found = [GROUND, *(segment.number for segment in segments)], {}
@@ -45,8 +47,9 @@ def checked_meshes(
                 f"meshes: {link} is no segment with a mass; these are "
                 f"{', '.join(map(str, numbers))} (-1 is ground)"
             )
+        read = read_mesh(mesh) if isinstance(mesh, (str, Path)) else mesh
         try:
-            vertices, corners = (np.array(part) for part in mesh)
+            vertices, corners = (np.array(part) for part in read)
         except (TypeError, ValueError) as error:
             raise ParameterError(f"meshes: of {link}: {error}") from error
         flat = vertices.ndim != 2 or corners.ndim != 2 or len(corners) == 0

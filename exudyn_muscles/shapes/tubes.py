@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-SIDES = 8
+from ..files.meshes import Mesh
 
-Mesh = tuple[np.ndarray, np.ndarray]  # vertices (v, 3) [m], corners of triangles (t, 3)
+SIDES = 8
 
 
 def tube(points: np.ndarray, radii: np.ndarray, sides: int = SIDES) -> np.ndarray:

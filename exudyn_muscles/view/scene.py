@@ -12,11 +12,12 @@ import numpy as np
 from exudyn import graphics
 
 from ..errors import ParameterError
+from ..files.meshes import Mesh
 from ..model import MusculoskeletalModel
 from ..path.lines import lines, surfaces
 from ..results.trajectory import Trajectory
 from ..shapes import bellies, bones
-from ..shapes.tubes import Mesh, normals
+from ..shapes.tubes import normals
 from ..skeleton.shown import VISUALIZATION, pose_shown
 from .colors import (
     BONE,

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
-from exudyn_muscles.cli import main
+from exudyn_muscles.cli import commands, main
+from exudyn_muscles.cli.arguments import build_parser
 from exudyn_muscles.report import scene
 from exudyn_muscles.report.frames import RATE, sampled
 
+from ..files.test_meshes import GIVEN
 from ..opensim import ABSENT
 from .pages import GAIT, NO_PLAYER, of_gait, of_leg, of_pedalling
 
@@ -136,6 +138,31 @@ def test_the_command_line_writes_it(tmp_path, capsys):
     assert main(["report", str(tmp_path / "leg.npz"), model]) == 0
     assert (tmp_path / "leg.html").stat().st_size > 1e6
     assert f"wrote {tmp_path / 'leg.html'}" in capsys.readouterr().out
+    (tmp_path / "bone.vtp").write_text("<VTKFile/>")
+    with pytest.raises(em.ModelFileError, match="not a readable mesh"):
+        em.report(
+            of_leg()[1], tmp_path / "x.html", model=of_leg()[0], meshes={2: tmp_path / "bone.vtp"}
+        )
     other = tmp_path / "folder" / "page.html"
     assert main(["report", str(tmp_path / "leg.npz"), model, "--out", str(other)]) == 0
     assert other.exists()
+
+
+def test_the_command_line_takes_bones(tmp_path, monkeypatch):
+    """Those that the model names, from a folder."""
+    if not GAIT.exists():
+        pytest.skip(ABSENT)
+    _, result = of_gait()
+    result.save(tmp_path / "gait.npz")
+    (tmp_path / "femur_r.vtp").write_text(GIVEN["vtp"])
+    given = {}
+    monkeypatch.setattr(commands, "write_report", lambda *_, **options: given.update(options))
+    with pytest.warns(em.ModelFileWarning, match="sacrum.vtp, pelvis.vtp"):
+        commands.report(
+            build_parser().parse_args(
+                ["report", str(tmp_path / "gait.npz"), str(GAIT), "--geometry", str(tmp_path)]
+            )
+        )
+    ((link, (vertices, _)),) = given["meshes"].items()
+    thigh = next(each for each in given["model"].skeleton.segments().bodies if each.number == link)
+    assert len(vertices) == 5 and thigh.mass == pytest.approx(9.3014, rel=0.2)
