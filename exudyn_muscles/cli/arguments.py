@@ -255,6 +255,13 @@ def build_parser() -> argparse.ArgumentParser:
         help="page, its folder made if needed; default the result's name with .html",
     )
 
+    report.add_argument(
+        "--geometry",
+        metavar="DIR",
+        type=Path,
+        help="OpenSim model: folder with the bones that it names (.vtp, .stl, .obj)",
+    )
+
     curves = command(
         "curves",
         commands.curves,

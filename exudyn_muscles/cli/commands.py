@@ -16,7 +16,8 @@ from ..methods.cosimulation import cosimulate
 from ..methods.cosimulation_settings import Scheme
 from ..report import report as write_report
 from ..results.trajectory import Trajectory
-from .files import draw_all, made_folder, result_file, save, save_figure
+from .figures import Figure, draw_figures
+from .files import draw_all, made_folder, result_file, save
 from .names import CMC_STEPS, DIFFER, KP, METHODS, PAPER, STEP
 from .report import (
     comparison_text,
@@ -156,9 +157,13 @@ def compare(arguments: argparse.Namespace) -> int:
         print(f"wrote {', '.join(str(out / f'{name}_{method}.npz') for method in PAPER)}")
     if out is not None and arguments.figures:
         everything = tuple(results.values())
-        save_figure(plot.comparison, everything, out / f"{name}_comparison.png")
-        save_figure(plot.forces, (results["csf"],), out / f"{name}_csf_forces.png")
-        save_figure(plot.activations, everything, out / f"{name}_activations.png")
+        draw_figures(
+            [
+                Figure(plot.comparison, everything, out / f"{name}_comparison.png"),
+                Figure(plot.forces, (results["csf"],), out / f"{name}_csf_forces.png"),
+                Figure(plot.activations, everything, out / f"{name}_activations.png"),
+            ]
+        )
     return max(exit_status(trajectory) for trajectory in results.values())
 
 
@@ -181,7 +186,9 @@ def report(arguments: argparse.Namespace) -> int:
     trajectory = Trajectory.load(arguments.result)
     file = arguments.out or arguments.result.with_suffix(".html")
     made_folder(file.parent)
-    write_report(trajectory, file, model=load_skeleton(arguments.model))
+    folder = arguments.geometry
+    meshes = None if folder is None else opensim.load_meshes(arguments.model, folder)
+    write_report(trajectory, file, model=load_skeleton(arguments.model), meshes=meshes)
     print(f"wrote {file}")
     return 0
 
@@ -203,5 +210,5 @@ def curves(arguments: argparse.Namespace) -> int:
         law = damped(law, arguments.fiber_damping)
     file = arguments.out if arguments.out.suffix else arguments.out.with_suffix(".png")
     made_folder(file.parent)
-    save_figure(partial(plot.curves, elastic=not arguments.rigid), (law,), file)
+    draw_figures([Figure(partial(plot.curves, elastic=not arguments.rigid), (law,), file)])
     return 0

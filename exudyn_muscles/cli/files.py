@@ -1,15 +1,14 @@
-"""Results and figures on disk."""
+"""Results on disk, and their figures."""
 
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from .. import plot
-from ..files.disk import write_figure
 from ..results.trajectory import Trajectory
+from .figures import Figure, draw_figures
 from .interrupts import uninterrupted
 
 
@@ -37,20 +36,9 @@ def draw_all(trajectory: Trajectory, path: Path) -> None:
     draw: list[Callable] = [plot.forces, plot.activations, plot.excitations]
     if trajectory.method != "static":
         draw.append(plot.tracking_errors)
-    for function in draw:
-        file = path.with_name(f"{path.name}_{function.__name__}.png")
-        save_figure(function, (trajectory,), file)
-
-
-def save_figure(draw: Callable, shown: Sequence[Any], file: Path) -> None:
-    """Draw what is shown to a file."""
-    import matplotlib
-
-    matplotlib.use("Agg")  # no window, whatever the user's settings say
-    import matplotlib.pyplot as plt
-
-    drawn = draw(*shown)
-    figure = drawn if hasattr(drawn, "savefig") else drawn[0].get_figure(root=True)
-    write_figure(figure, file, dpi=200)
-    plt.close(figure)
-    print(f"wrote {file}")
+    draw_figures(
+        [
+            Figure(function, (trajectory,), path.with_name(f"{path.name}_{function.__name__}.png"))
+            for function in draw
+        ]
+    )

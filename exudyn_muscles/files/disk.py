@@ -128,8 +128,17 @@ def write_arrays(file: str | Path, /, **arrays: ArrayLike) -> None:
 def write_figure(figure: Figure, file: str | Path, dpi: float) -> None:
     """`write_file` for a matplotlib figure, in the format that the file's name ends with; a
     ValueError if matplotlib does not know it."""
-    content = BytesIO()
-    figure.savefig(content, format=Path(file).suffix[1:] or None, dpi=dpi)
+    from matplotlib import rc_context
+
+    content, engine = BytesIO(), figure.get_layout_engine()
+    if engine is not None:  # else savefig would draw all of it once more, for the layout alone
+        engine.execute(figure)
+        with rc_context({"figure.autolayout": False, "figure.constrained_layout.use": False}):
+            figure.set_layout_engine(None)
+    try:
+        figure.savefig(content, format=Path(file).suffix[1:] or None, dpi=dpi)
+    finally:
+        figure.set_layout_engine(engine)
     write_file(file, content.getvalue())
 
 

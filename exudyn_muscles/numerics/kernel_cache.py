@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from numba.core.caching import FunctionCache, NullCache
+from numba.core.runtime.nrt import rtsys
 from numba.core.serialize import dumps
 
 from ..files.disk import write_file
@@ -43,8 +44,11 @@ class KernelCache(FunctionCache):
         self._cache_file = _Versions(Path(self.cache_path), self._impl.filename_base, stamp)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
+        # numba's own load_overload first imports all that it can compile, 0.3 s of which a stored
+        # kernel needs nothing but the memory of its arrays; its compiler does so by itself.
         try:
-            return super().load_overload(sig, target_context)
+            rtsys.initialize(target_context)
+            return self._load_overload(sig, target_context)
         except Exception as error:  # of the file system, of pickle or of LLVM
             _warn_once(DAMAGED, self.cache_path, error)
             return None

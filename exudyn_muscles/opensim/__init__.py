@@ -7,12 +7,14 @@ reads an element of a file raises ModelFileError for it.
 from . import result_files
 from .joints import Coordinate
 from .load import load_model, read_coordinates
+from .meshes import load_meshes
 from .result_files import write_results
 from .setup import CMCSetup, load_setup
 
 __all__ = [
     "CMCSetup",
     "Coordinate",
+    "load_meshes",
     "load_model",
     "load_setup",
     "read_coordinates",

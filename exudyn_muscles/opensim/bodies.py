@@ -153,6 +153,10 @@ class Bodies:
         """Names of the coordinates that are angles."""
         return {each.name for each in self.coordinates if each.rotates}
 
+    def owners(self) -> list[tuple[Element, Place]]:
+        """The elements of ground, bodies and frames on them, and where they are."""
+        return [(owner, self._place(path)) for path, owner in self._owners.items()]
+
     def add_frames(self, path: str, frames: list[Element]) -> None:
         """Add the frames that a component has of its own."""
         self._add_offsets(path, frames)

@@ -152,7 +152,7 @@ def load_setup(
     loads = "external_loads_file"
     given = read_tasks(_file(tool, "task_set_file"))
     content = read_model(
-        _model_file(tool) if model is None else model,
+        named_model(tool) if model is None else model,
         _force_sets(tool),
         _file(tool, loads) if _is_given(tool, loads) else None,
         tracked=given.coordinates,
@@ -210,7 +210,8 @@ def _file(tool: Element, tag: str) -> Path:
     return _existing(tool.get(tag), tool.word(tag))
 
 
-def _model_file(tool: Element) -> Path:
+def named_model(tool: Element) -> Path:
+    """The model's file that a set-up names."""
     if not _is_given(tool, "model_file"):
         raise tool.error("it names no model_file: model= does, or --model on the command line")
     return _file(tool, "model_file")

@@ -105,7 +105,8 @@ class Panels:
             if place is not None and place.get_gridspec().ncols > 2:
                 panel.locator_params(axis="x", nbins=4, steps=[1, 2, 5, 10])
             if len(self.names) > 1 and not self.shared:
-                panel.set_title(self.names[k], fontsize="medium")
+                # With a place of its own: looking for one takes as long as drawing the panel.
+                panel.set_title(self.names[k], fontsize="medium", y=1.0)
         legend(panels, self._entries)
         if self._rest:
             _table(self.axes[0].figure, self._rest, f"largest {label} of the others")
@@ -176,7 +177,8 @@ def legend(panels: np.ndarray, entries: dict[str, Artist], columns: int | None =
     engine = panels[0].get_figure(root=True).get_layout_engine()
     if isinstance(engine, ConstrainedLayoutEngine):
         columns = columns or (len(entries) if len(entries) <= 5 else 4)
-        figure.align_ylabels(list(panels))
+        # Of all of them, the layout would compare every panel's numbers with every other's.
+        figure.align_ylabels([panel for panel in panels if panel.get_ylabel()])
         figure.legend(loc="outside upper center", ncols=columns, frameon=False, **options)
     else:
         panels[0].legend(**options)

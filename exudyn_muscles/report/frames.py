@@ -11,7 +11,7 @@ from ..path.lines import lines, surfaces
 from ..results.trajectory import Trajectory
 from ..skeleton.external_forces import external_forces_shown
 from ..skeleton.segments import Segment
-from ..skeleton.shown import VISUALIZATION
+from ..skeleton.shown import pose_shown
 from ..view.scene import poses
 
 RATE = 30.0  # frames/s; between them the player interpolates
@@ -71,8 +71,7 @@ def frame_times(trajectory: Trajectory) -> np.ndarray:
 
 def sampled(model: MusculoskeletalModel, trajectory: Trajectory) -> Frames:
     """The motion of a model along a trajectory; the state of its `mbs` is as before."""
-    data, skeleton = model.mbs.systemData, model.skeleton
-    before = np.array(data.GetODE2Coordinates(configuration=VISUALIZATION))
+    skeleton = model.skeleton
     initial, _ = skeleton.initial_arrays()
     time = frame_times(trajectory)
     rows = np.searchsorted(trajectory.time, time)
@@ -80,14 +79,14 @@ def sampled(model: MusculoskeletalModel, trajectory: Trajectory) -> Frames:
     bodies, paths, wraps = [], [], []
     forces: dict[str, list[np.ndarray]] = {name: [] for name in acting}
     segments = None
-    try:
+    with pose_shown(model.mbs) as pose:
         for t, q, x in zip(
             time,
             trajectory.coordinates[rows],
             poses(model, trajectory, initial)[rows],
             strict=True,
         ):
-            data.SetODE2Coordinates(x, configuration=VISUALIZATION)
+            pose(x)
             segments = segments or skeleton.segments()
             R, p, z = skeleton.frames_shown(q)
             bodies.append(segments.poses())
@@ -95,8 +94,6 @@ def sampled(model: MusculoskeletalModel, trajectory: Trajectory) -> Frames:
             wraps.append(surfaces(model.paths, R, p))
             for name, function in acting.items():
                 forces[name].append(function(t))
-    finally:
-        data.SetODE2Coordinates(before, configuration=VISUALIZATION)
     assert segments is not None  # there is a time at least
     moving = [
         (shape, np.array([one[k][1] for one in wraps]), half)

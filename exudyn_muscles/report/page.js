@@ -3,7 +3,11 @@
 (async () => {
   const $ = (id) => document.getElementById(id);
   const data = JSON.parse($("data").textContent);
-  const bytes = (id) => Uint8Array.from(atob($(id).textContent), (c) => c.charCodeAt(0));
+  const bytes = (id) => {
+    const text = atob($(id).textContent), found = new Uint8Array(text.length);
+    for (let k = 0; k < text.length; k++) found[k] = text.charCodeAt(k);
+    return found;
+  };
   const run = async (id) => {
     const packed = new Blob([bytes(id)]).stream();
     const script = document.createElement("script");
@@ -22,12 +26,15 @@
   const chosen = new Set(), slider = $("time");
   Object.assign(slider, { min: start, max: end, step: (end - start) / 1000 || 1, value: start });
   let now = start;
-  // A line above plotly's curves: one of its own would take 0.1 s to move.
+  // A line above plotly's curves, in a layer of its own: one of plotly's would take 0.1 s to move,
+  // and without the layer all curves are painted anew.
   const margin = { l: 52, r: 12, t: 22, b: 34 };
+  let width = 0; // of the curves; asking for it lays out the page
   const cursor = () => {
     if (!$("curves").layout) return;
     const [low, high] = $("curves").layout.xaxis.range, place = (now - low) / (high - low);
-    $("cursor").style.left = margin.l + place * ($("curves").clientWidth - margin.l - margin.r) + "px";
+    const left = margin.l + place * (width - margin.l - margin.r);
+    $("cursor").style.transform = `translateX(${left}px)`;
     $("cursor").hidden = place < 0 || place > 1;
   };
   const show = (t) => {
@@ -159,18 +166,16 @@
     const wanted = $("filter").value.toLowerCase();
     buttons.forEach((button, i) => { button.hidden = !data.muscles[i].toLowerCase().includes(wanted); });
   });
-  // k3d looks for what was hit in trees of the shapes, which it does not keep up when they move.
+  // k3d looks for what was hit in a tree of the shapes, which it does not keep up when they move.
   $("scene").addEventListener("pointerdown", () => {
-    for (const id of results.flatMap((result) => result.muscles)) {
-      const tree = id && scene.getObjectById(id).geometry.boundsTree;
+    for (const { muscles } of results) {
+      const tree = muscles && scene.getObjectById(muscles).geometry.boundsTree;
       if (tree) tree.refit();
     }
   }, true);
   scene.on(scene.events.OBJECT_CLICKED, (hit) => {
-    for (const result of results) {
-      const i = result.muscles.indexOf(hit.K3DIdentifier);
-      if (i >= 0) choose([i]);
-    }
+    const result = results.find(({ muscles }) => muscles === hit.K3DIdentifier);
+    if (result) choose([result.starts.findLastIndex((first) => first <= hit.face[0])]);
   });
 
   const words = ["", " (dashed)", " (dash-dotted)", " (long dashes)"];
@@ -179,7 +184,10 @@
   await choose(groups[0][1]);
   $("curves").on("plotly_relayout", cursor);
   $("curves").on("plotly_click", (hit) => { scene.stopAutoPlay(); go(hit.points[0].x); });
-  new ResizeObserver(cursor).observe($("curves"));
+  new ResizeObserver(() => {
+    width = $("curves").clientWidth;
+    cursor();
+  }).observe($("curves"));
   new ResizeObserver(() => scene.resizeHelper()).observe($("scene"));
   go(start);
   window.report = { scene, data, chosen };

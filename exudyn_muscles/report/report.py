@@ -12,9 +12,9 @@ from ..errors import DisplayError, ParameterError
 from ..files.disk import write_file
 from ..model import MusculoskeletalModel
 from ..results.trajectory import Trajectory
+from ..shapes.bones import checked_meshes
 from ..view.camera import FRONT
 from ..view.scene import check_belongs
-from .bones import checked_meshes
 from .charts import check_groups, contents
 from .page import assembled
 from .scene import build
@@ -26,7 +26,7 @@ def report(
     *,
     model: MusculoskeletalModel,
     groups: Mapping[str, Sequence[str]] | None = None,
-    meshes: Mapping[int, tuple[ArrayLike, ArrayLike]] | None = None,
+    meshes: Mapping[int, tuple[ArrayLike, ArrayLike] | str | Path] | None = None,
     directions: ArrayLike = FRONT,
 ) -> None:
     """Write results as one page (`.html`) that opens in any browser, without a network.
@@ -49,7 +49,8 @@ def report(
         Name -> names of muscles that can be chosen together.
     meshes : mapping, optional
         Number of a tree's link or ObjectIndex of a body, -1 for ground -> vertices (v, 3) [m] in
-        its frame and corners (t, 3) of triangles: bones of your own, in place of those drawn.
+        its frame and corners (t, 3) of triangles, or a file of them (`.vtp`, `.stl`, `.obj`): bones
+        of your own, in place of those drawn. `opensim.load_meshes` has those of a model.
     directions : (3, 3) array_like, optional
         Global directions that point to the right, upwards and to the viewer, one a row; x, y, z if
         left out.
@@ -61,6 +62,8 @@ def report(
     ParameterError
         A trajectory is empty or not one of this model, a group names a muscle that there is not,
         a mesh is of no segment or none, or directions are not what they should be.
+    ModelFileError
+        A file of a mesh is damaged.
     OSError
         The file cannot be written; names it.
     """

@@ -8,22 +8,28 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..files.meshes import Mesh
 from ..model import MusculoskeletalModel
 from ..path.frames import GROUND
 from ..results.trajectory import Trajectory
-from ..view.colors import ACTIVE, BONE, RELAXED, SURFACE
-from . import bellies, bones
-from .bones import Mesh
+from ..shapes import bellies, bones
+from ..shapes.bones import SMALLEST_BONE
+from ..shapes.tubes import triangles, tube
+from ..view.colors import (
+    ACTIVE,
+    BONE,
+    FLESH,
+    FLESH_OPACITY,
+    RELAXED,
+    SURFACE,
+    SURFACE_OPACITY,
+    TENDON,
+)
 from .frames import Frames, sampled
-from .tubes import on_vertices, triangles, tube
 
-FLESH = (0.93, 0.74, 0.64)
-TENDON = (0.93, 0.90, 0.82)
 FORCE = (0.10, 0.55, 0.25)
-FLESH_OPACITY, SURFACE_OPACITY = 0.16, 0.45
 ARROW = 0.45  # length of the largest external force, as part of the scene's size
 ARROW_RADIUS, ARROW_HEAD = 0.008, 0.12  # radius and head, as parts of the size and the length
-SMALLEST_BONE = 0.01  # part of the scene's size
 GRAIN = 2.0**13  # 1/m: places are rounded to 0.12 mm, which halves the page
 COMPRESSION = 6  # of zlib
 FIELD = 35.0  # deg of the camera
@@ -33,13 +39,15 @@ FROM_THE_FRONT = (0.0, 0.05)  # of results that stand side by side, so that they
 
 
 class Parts(NamedTuple):
-    """Numbers under which k3d knows the parts of one result: those of the muscles' bodies (0: it
-    has no path to draw), of parts that may be hidden, and of every segment's bones."""
+    """Numbers under which k3d knows the parts of one result: the mesh of all muscles (0: none has
+    a path to draw), parts that may be hidden, and every segment's bones (0: none); `starts` are the
+    first vertices of every muscle in its mesh."""
 
-    muscles: list[int]
+    muscles: int
+    starts: list[int]
     flesh: list[int]
     surfaces: list[int]
-    bones: list[list[int]]
+    bones: list[int]
 
 
 class Scene(NamedTuple):
@@ -81,9 +89,7 @@ def build(
         parts = []
         for trajectory, (frames, offset) in zip(trajectories, shown, strict=True):
             skeleton, flesh = _segments(plot, frames, model, offset, size, meshes)
-            muscles = [
-                _muscle(plot, frames, model, trajectory, i) for i in range(len(model.muscles))
-            ]
+            muscles, starts = _muscles(plot, frames, model, trajectory)
             surfaces = []
             for shape, poses, half in frames.surfaces:
                 part = bones.surface(shape, poses[0], half)
@@ -91,7 +97,7 @@ def build(
                 surfaces.append(_add(plot, part, SURFACE, opacity=SURFACE_OPACITY, **moves))
             for vertices in _arrows(frames, ARROW * size / largest, size):
                 _add(plot, (_over(frames.time, vertices), triangles(len(ARROW_SHAPE))), FORCE)
-            parts.append(Parts(muscles, flesh, surfaces, skeleton))
+            parts.append(Parts(muscles, starts, flesh, surfaces, skeleton))
         snapshot = plot.get_binary_snapshot(COMPRESSION)
     return Scene(snapshot, start, end, parts)
 
@@ -103,24 +109,25 @@ def _segments(
     offset: np.ndarray,
     size: float,
     meshes: Mapping[int, Mesh],
-) -> tuple[list[list[int]], list[int]]:
+) -> tuple[list[int], list[int]]:
     """Add bones and flesh of all segments, and what is seen of ground."""
     skeleton, flesh = [], []
     for k, segment in enumerate(frames.segments):
         moves = {"model_matrix": _over(frames.time, frames.bodies[:, k])}
-        if segment.number in meshes:
-            own = [meshes[segment.number]]
-        else:
-            own = bones.bones(segment, SMALLEST_BONE * size)
-            own += [each for each in [bones.hull(segment, model.paths)] if each is not None]
-        skeleton.append([_add(plot, part, BONE, **moves) for part in own])
+        own = meshes.get(segment.number)
+        # Nobody knows which way the triangles of a user's mesh face.
+        side = "front" if own is None else "double"
+        part = own or bones.skeletal(segment, model.paths, SMALLEST_BONE * size)
+        skeleton.append(0 if part is None else _add(plot, part, BONE, side=side, **moves))
         around = bones.flesh(segment)
         if around is not None:
             flesh.append(_add(plot, around, FLESH, opacity=FLESH_OPACITY, **moves))
     fixed = meshes.get(GROUND) or bones.hull(None, model.paths)
     if fixed is not None:
         vertices, corners = fixed
-        _add(plot, (vertices + offset, corners), BONE, flat_shading=GROUND not in meshes)
+        given = GROUND in meshes
+        side = "double" if given else "front"
+        _add(plot, (vertices + offset, corners), BONE, flat_shading=not given, side=side)
     return skeleton, flesh
 
 
@@ -136,30 +143,46 @@ def _apart(several: list[Frames], right: np.ndarray) -> list[tuple[Frames, np.nd
     return found
 
 
-def _muscle(
-    plot: Any, frames: Frames, model: MusculoskeletalModel, trajectory: Trajectory, i: int
-) -> int:
-    """Add the body of a muscle, colored by its activation."""
-    if min(len(lines[i]) for lines in frames.paths) < 2:
-        return 0  # its path is a function
-    rows = frames.rows
-    F0 = list(model.muscles)[i].max_isometric_force
-    along = trajectory.musculotendon_lengths[rows, i] - trajectory.tendon_lengths[rows, i]
-    along = np.where(np.isfinite(along), along, trajectory.fiber_lengths[rows, i])
-    vertices = bellies.shapes(frames.paths, i, along, trajectory.tendon_forces[rows, i], F0)
-    values = on_vertices(bellies.activations(np.nan_to_num(trajectory.activations[rows, i])))
+def _muscles(
+    plot: Any, frames: Frames, model: MusculoskeletalModel, trajectory: Trajectory
+) -> tuple[int, list[int]]:
+    """Add the bodies of all muscles, colored by their activations; their mesh and where the
+    vertices of each one begin.
+
+    They are one mesh, as what takes the player time is how many it has.
+    """
+    rows, starts = frames.rows, [0]
+    vertices, corners, values = [], [], []
+    along = trajectory.musculotendon_lengths[rows] - trajectory.tendon_lengths[rows]
+    fibers = np.where(np.isfinite(along), along, trajectory.fiber_lengths[rows])
+    for i, muscle in enumerate(model.muscles):
+        lines = [each[i] for each in frames.paths]
+        starts.append(starts[-1])
+        if min(map(len, lines)) < 2:
+            continue  # its path is a function
+        forces = trajectory.tendon_forces[rows, i]
+        body = bellies.body(lines, fibers[:, i], forces, muscle.max_isometric_force)
+        vertices.append(body.vertices)
+        corners.append(body.triangles + starts[-2])
+        active = np.clip(np.nan_to_num(trajectory.activations[rows, i]), 0.0, 1.0)
+        values.append(np.where(body.on_belly, active[:, None], ON_TENDON))
+        starts[-1] += body.on_belly.size
+    if not vertices:
+        return 0, starts
+    moving = _over(frames.time, np.concatenate(vertices, axis=1))
     number = _add(
         plot,
-        (_over(frames.time, vertices), triangles(sum(bellies.RINGS))),
+        (moving, np.vstack(corners).astype(np.uint32)),
         None,
-        attribute=_over(frames.time, values),
+        attribute=_over(frames.time, np.concatenate(values, axis=1)),
         color_map=np.array(COLOR_MAP, dtype=np.float32).ravel(),
-        color_range=[bellies.ON_TENDON, 1.0],
+        color_range=[ON_TENDON, 1.0],
         click_callback=_clicked,
     )
-    return number
+    return number, starts
 
 
+ON_TENDON = -1.0  # in place of an activation
 # Place, red, green, blue: tendons, and then activations from 0 to 1.
 COLOR_MAP = ((0.0, *TENDON), (0.49, *TENDON), (0.5, *RELAXED), (1.0, *ACTIVE))
 
@@ -179,7 +202,7 @@ def _add(plot: Any, mesh: tuple, color: tuple[float, ...] | None, **options: Any
     if not isinstance(vertices, Mapping):
         vertices = vertices.astype(np.float32)
     moves = options.pop("model_matrix", None)
-    made = k3d.mesh(vertices, corners, **{"flat_shading": False, "side": "double", **options})
+    made = k3d.mesh(vertices, corners, **{"flat_shading": False, "side": "front", **options})
     if moves is not None:  # k3d's constructor takes one that stays
         made.set_trait("model_matrix", moves)
     plot += made
@@ -216,10 +239,11 @@ def _arrows(frames: Frames, scale: float, size: float) -> Iterator[np.ndarray]:
     for values in frames.forces.values():
         start, whole = values[:, 0], scale * values[:, 1]
         length = np.linalg.norm(whole, axis=1)
-        share = np.minimum(1.0, ARROW_HEAD * ARROW * size / np.maximum(length, 1e-9))
+        head = ARROW_HEAD * ARROW * size
+        share = np.minimum(1.0, head / np.maximum(length, 1e-9))
         along = shape[:, 0] * (1.0 - share[:, None]) + shape[:, 1] * share[:, None]
         points = start[:, None] + along[:, :, None] * whole[:, None]
-        radii = ARROW_RADIUS * size * shape[:, 2] * (length > 1e-3 * size)[:, None]
+        radii = ARROW_RADIUS * size * shape[:, 2] * np.minimum(1.0, length / head)[:, None]
         yield tube(points, radii)
 
 

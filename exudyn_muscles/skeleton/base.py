@@ -20,7 +20,7 @@ from .geometry import Mounted
 from .hold import Hold
 from .opened import Dynamics
 from .segments import Segments
-from .shown import Sticks
+from .shown import OwnGraphics
 from .state import State
 
 NO_COORDINATES = np.empty(0)
@@ -110,8 +110,8 @@ class ExudynSkeleton(ABC):
         at Exudyn's visualization state; `near` as of `open`."""
 
     @abstractmethod
-    def sticks(self) -> Sticks:
-        """How the skeleton is drawn."""
+    def own_graphics(self) -> OwnGraphics:
+        """What it has to be drawn by."""
 
     @abstractmethod
     def segments(self) -> Segments:

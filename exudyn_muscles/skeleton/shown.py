@@ -2,32 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import exudyn as exu
 import numpy as np
 
-from ..path.lines import lines
-from ..path.paths import Paths
-from .tree import Tree, tree_frames
+from .tree import Tree
 
 VISUALIZATION = exu.ConfigurationType.Visualization
 
 
-class Sticks(NamedTuple):
-    """Straight lines from joint to joint, in place of graphics that would hide the muscles.
+class OwnGraphics(NamedTuple):
+    """What a system has to be drawn by, and where limbs take its place.
 
-    `points` returns both ends (k, 2, 3) of the k sticks [m], a joint first, `ends` (k,) says where
-    the second is the last of a chain. `replaced` are the objects that they stand for; `outline`
-    returns points (j, 3) around the graphics of bodies: of those that keep them beside the sticks
-    or, if these are not drawn (True), of all.
+    `limbs` are the numbers of the segments that are drawn as limbs, as their graphics are missing
+    or would hide the muscles, `replaced` the objects in whose place they are. `outline` returns
+    points (j, 3) around the graphics of bodies: of those that keep them beside the limbs or, if
+    these are not drawn (True), of all.
     """
 
-    points: Callable[[], np.ndarray]
-    ends: np.ndarray
+    limbs: tuple[int, ...]
     replaced: tuple[int, ...]
     outline: Callable[[bool], np.ndarray]
+
+
+@contextmanager
+def pose_shown(mbs: exu.MainSystem) -> Iterator[Callable[[np.ndarray], None]]:
+    """A function that poses the visualization state, which is as before afterwards."""
+    data = mbs.systemData
+    before = np.array(data.GetODE2Coordinates(configuration=VISUALIZATION))
+    try:
+        yield lambda x: data.SetODE2Coordinates(x, configuration=VISUALIZATION)
+    finally:
+        data.SetODE2Coordinates(before, configuration=VISUALIZATION)
 
 
 def coordinates_shown(mbs: exu.MainSystem) -> np.ndarray:
@@ -35,36 +44,11 @@ def coordinates_shown(mbs: exu.MainSystem) -> np.ndarray:
     return np.array(mbs.systemData.GetODE2Coordinates(configuration=VISUALIZATION))
 
 
-def tree_sticks(mbs: exu.MainSystem, number: int, tree: Tree, rows: slice) -> Sticks:
-    """Sticks between the joints of a tree and to the last links' centers of mass.
-
-    They take the place of all graphics of the object `number`, as Exudyn does not tell those that
-    the user made from the blocks that it makes itself.
-    """
-    centers = np.array(mbs.GetObject(number)["linkCOMs"].GetPythonObject(), dtype=float)
-    centers = centers.reshape(-1, 3)
-    parents = tree.parents
-    ends = [i for i in range(len(parents)) if i not in parents]
-    origin = np.zeros(3)
-    pairs = [
-        [(origin, parent), (origin, link)] for link, parent in enumerate(parents) if parent >= 0
-    ]
-    pairs += [[(origin, link), (centers[link], link)] for link in ends]
-    points = [point for pair in pairs for point in pair]
-    paths = Paths.straight(
-        positions=np.array([position for position, _ in points]),
-        links=np.array([link for _, link in points], dtype=np.int64),
-        starts=2 * np.arange(len(pairs) + 1),
-    )
-
-    def ends_shown() -> np.ndarray:
-        q = coordinates_shown(mbs)[rows]
-        R, p, _ = tree_frames(tree, q)
-        return np.array(lines(paths, R, p, q))
-
-    last = np.arange(len(pairs)) >= len(pairs) - len(ends)
-    replaced = (number, *_ground_of(mbs, number, tree))
-    return Sticks(ends_shown, last, replaced, lambda _: np.empty((0, 3)))
+def tree_graphics(mbs: exu.MainSystem, number: int, tree: Tree) -> OwnGraphics:
+    """Limbs take the place of all graphics of the object `number`, as Exudyn does not tell those
+    that the user made from the blocks that it makes itself."""
+    limbs = tuple(range(len(tree.parents)))
+    return OwnGraphics(limbs, (number, *_ground_of(mbs, number, tree)), lambda _: np.empty((0, 3)))
 
 
 def _ground_of(mbs: exu.MainSystem, number: int, tree: Tree) -> tuple[int, ...]:

@@ -34,7 +34,7 @@ from .reading import (
     read_tree,
 )
 from .segments import Segments, tree_segments
-from .shown import Sticks, coordinates_shown, tree_sticks
+from .shown import OwnGraphics, coordinates_shown, tree_graphics
 from .tree import PRISMATIC, tree_frames
 
 
@@ -141,8 +141,8 @@ class Skeleton(ExudynSkeleton):
         q = coordinates_shown(self.mbs)[self.rows]
         return *tree_frames(self.tree, q)[:2], q
 
-    def sticks(self) -> Sticks:
-        return tree_sticks(self.mbs, int(self.object), self.tree, self.rows)
+    def own_graphics(self) -> OwnGraphics:
+        return tree_graphics(self.mbs, int(self.object), self.tree)
 
     def segments(self) -> Segments:
         return tree_segments(self.mbs, int(self.object), self.tree, self.rows)

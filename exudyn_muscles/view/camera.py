@@ -9,10 +9,11 @@ import exudyn as exu
 import numpy as np
 
 from ..results.trajectory import Trajectory
-from .scene import MASS_RADIUS, Scene, poses
+from .scene import Scene, poses
 
 LEGEND_WIDTH = 0.16  # part of the image that the model leaves free
 MARGIN = 0.06  # part of the image around the model
+THICKNESS = 0.025  # of muscles around their paths, part of the size
 POSES = 60  # of a trajectory that the camera is fitted to
 FRONT = np.eye(3)
 WINDOW_OPEN = "Exudyn's render window is open: close it with SC.renderer.Stop() first"
@@ -32,7 +33,7 @@ def aimed(
     initial, _ = scene.model.skeleton.initial_arrays()
     points = scene.points(poses(scene.model, trajectory, initial)[rows])
     seen = points @ directions.T
-    thickness = MASS_RADIUS * scene.size
+    thickness = THICKNESS * scene.size
     low, high = seen.min(axis=0) - thickness, seen.max(axis=0) + thickness
     width, height = size
     shape = width / height * (1.0 - LEGEND_WIDTH)

@@ -8,8 +8,10 @@ RELAXED = (0.13, 0.30, 0.90)  # a = 0
 ACTIVE = (0.90, 0.10, 0.10)  # a = 1
 UNKNOWN = (0.62, 0.42, 0.42)  # of a muscle whose activation is not known
 BONE = (0.80, 0.77, 0.70)
-JOINT = (0.45, 0.45, 0.45)
+TENDON = (0.93, 0.90, 0.82)
+FLESH = (0.93, 0.74, 0.64)
 SURFACE = (0.55, 0.70, 0.75)
+FLESH_OPACITY, SURFACE_OPACITY = 0.16, 0.45
 
 
 def activation_color(activation: float) -> tuple[float, float, float, float]:

@@ -19,6 +19,9 @@ from .colors import ACTIVE, RELAXED
 from .layer import drawn
 from .scene import Scene, check_belongs
 
+LIGHT = [-1.0, 2.0, 3.0, 0.0]  # from where, seen from the camera, whatever it looks along
+TRANSPARENT = 8  # surfaces that one looks through: two legs and a trunk, in front and behind
+
 
 def render(
     model: MusculoskeletalModel,
@@ -50,8 +53,8 @@ def render(
         Global directions that point to the right, upwards and to the viewer, one a row; x, y, z if
         left out.
     sticks : bool, optional
-        Draw the links as sticks in place of the graphics that the tree was created with; in other
-        systems bodies without graphics of their own, and their joints.
+        Draw bones, made of joints and masses, in place of the graphics that the tree was created
+        with; in other systems of bodies without graphics of their own, whose joints are hidden.
 
     Raises
     ------
@@ -108,8 +111,13 @@ def _posed(model: MusculoskeletalModel, trajectory: Trajectory, time: float) -> 
 
 
 def _show_bodies_alone(settings: exu.VisualizationSettings) -> None:
-    """Smooth edges, and neither texts nor symbols."""
+    """Smooth edges, light from the camera's side, and neither texts nor symbols."""
     settings.raytracer.multiSampling = 3
+    settings.raytracer.advanced.backgroundColorReflections = [1.0] * 4  # seen through limbs
+    settings.raytracer.maxTransparencyDepth = TRANSPARENT
+    settings.openGL.light0.useCameraFrame = True
+    settings.openGL.light0.position = LIGHT
+    settings.openGL.light0.diffuse = 0.65
     parts = settings.view0.scene
     settings.view0.window.showComputationInfo = False
     parts.drawCoordinateSystem = False

@@ -99,3 +99,15 @@ def test_stored_kernels_give_the_bits_of_those_just_compiled(package):
     compiled, hits = run(package.parent, WINDOWS)
     assert hits == 0
     assert run(package.parent, WINDOWS) == (compiled, 1)
+
+
+def test_stored_kernels_need_none_of_what_numba_compiles_with(package):
+    """Which takes it a third of a second to import."""
+    refused = """
+from numba.core.registry import cpu_target
+def refresh():
+    raise AssertionError("everything is imported")
+cpu_target.target_context.refresh = refresh
+"""
+    compiled, _ = run(package.parent, EQUILIBRIUM)
+    assert run(package.parent, refused + EQUILIBRIUM) == (compiled, 1)

@@ -12,13 +12,13 @@ from models import leg, pedalling
 
 from ..opensim import REFERENCE
 
-CHROMIUM = "/usr/bin/chromium"
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 NO_PLAYER = "k3d or plotly is not installed: pip install 'exudyn_muscles[report]'"
-NO_BROWSER = f"playwright is not installed or there is no {CHROMIUM}"
+NO_BROWSER = f"playwright is not installed, or none of {', '.join(BROWSERS)}"
 GAIT = REFERENCE.parent / "cmc" / "gait2354" / "subject01_Setup_CMC.xml"
 SOFTWARE_GL = [
     "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-    "--ignore-gpu-blocklist",
+    "--ignore-gpu-blocklist", "--disable-gpu-compositing",
 ]  # fmt: skip
 
 
@@ -51,12 +51,13 @@ RESULTS = {"leg": of_leg, "pedalling": of_pedalling, "gait": of_gait}
 def chromium():
     """A headless browser that has no network."""
     needs("playwright", reason=NO_BROWSER)
-    if shutil.which(CHROMIUM) is None:
+    found = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if found is None:
         pytest.skip(NO_BROWSER)
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=SOFTWARE_GL)
+        browser = playwright.chromium.launch(executable_path=found, args=SOFTWARE_GL)
         yield browser
         browser.close()
 
@@ -91,9 +92,9 @@ class Opened:
         return self.page.evaluate("document.getElementById('curves').data.map((one) => one.name)")
 
     def pose(self, segment):
-        """The pose (4, 4) of a segment's first bone, as the browser has it."""
+        """The pose (4, 4) of a segment's bones, as the browser has it."""
         elements = self.page.evaluate(
-            "(k) => { const bone = report.scene.getObjectById(report.data.results[0].bones[k][0]);"
+            "(k) => { const bone = report.scene.getObjectById(report.data.results[0].bones[k]);"
             "bone.updateMatrixWorld(); return bone.matrixWorld.elements; }",
             segment,
         )
@@ -110,9 +111,10 @@ class Opened:
         x, y = self.page.evaluate(
             """([name, result]) => {
               const { scene, data } = report, world = scene.getWorld();
-              const bodies = data.results[result].muscles;
-              const body = scene.getObjectById(bodies[data.muscles.indexOf(name)]);
-              const at = body.geometry.attributes.position, ring = 17 * 8;
+              const { muscles, starts } = data.results[result], i = data.muscles.indexOf(name);
+              const at = scene.getObjectById(muscles).geometry.attributes.position;
+              // Rings of eight, then both ends; the middle ring is that of the belly.
+              const ring = starts[i] + 8 * ((starts[i + 1] - starts[i] - 2) / 8 - 1) / 2;
               const middle = world.camera.position.clone().set(0, 0, 0), one = middle.clone();
               for (let k = 0; k < 8; k++) middle.add(one.fromBufferAttribute(at, ring + k));
               world.camera.updateMatrixWorld();

@@ -46,6 +46,19 @@ def written(tmp_path_factory):
     return write
 
 
+@pytest.fixture(scope="module")
+def seen(browser, written):
+    """The opened page by name; the tests share it, as a browser takes seconds to open one."""
+    made = {}
+
+    def opened(name):
+        if name not in made:
+            made[name] = Opened(browser, written(name)[2])
+        return made[name]
+
+    return opened
+
+
 def places(name, model, result):
     """Where the frames of all segments are (T, s, 3), by the coordinates of the result."""
     if name == "pedalling":  # x of a body begins with its displacement
@@ -57,15 +70,15 @@ def places(name, model, result):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_slider_moves_bones_as_far_as_the_result_says(browser, written, name):
-    model, result, file = written(name)
-    opened, expected = Opened(browser, file), places(name, model, result)
+def test_the_slider_moves_bones_as_far_as_the_result_says(seen, written, name):
+    model, result, _ = written(name)
+    opened, expected = seen(name), places(name, model, result)
     moved = 0.0
     for key, row in (("Home", 0), ("End", -1)):
         assert opened.go(key) == pytest.approx(result.time[row], abs=1e-6)
         assert opened.page.locator("#now").inner_text() == f"{result.time[row]:.3f} s"
         for segment, place in enumerate(expected[row]):
-            if not opened.page.evaluate("(k) => report.data.results[0].bones[k].length", segment):
+            if not opened.page.evaluate("(k) => report.data.results[0].bones[k]", segment):
                 continue
             shown = opened.pose(segment)[:3, 3]
             np.testing.assert_allclose(shown, place, atol=1e-5)
@@ -80,9 +93,9 @@ def test_the_slider_moves_bones_as_far_as_the_result_says(browser, written, name
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_play_advances_and_stops(browser, written, name):
-    *_, file = written(name)
-    opened = Opened(browser, file)
+def test_play_advances_and_stops(seen, name):
+    opened = seen(name)
+    opened.go("Home")
     before = opened.page.evaluate("report.scene.parameters.time")
     opened.page.locator("#play").click()
     opened.page.wait_for_function(
@@ -95,10 +108,9 @@ def test_play_advances_and_stops(browser, written, name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_click_on_a_muscle_shows_its_curves(browser, written, name):
+def test_a_click_on_a_muscle_shows_its_curves(seen, name):
     """Where it is by then."""
-    *_, file = written(name)
-    opened, muscle = Opened(browser, file), IN_FRONT[name]
+    opened, muscle = seen(name), IN_FRONT[name]
     for key in ("Home", "End"):
         opened.go(key)
         opened.page.select_option("#group", label="none")
@@ -111,9 +123,9 @@ def test_a_click_on_a_muscle_shows_its_curves(browser, written, name):
     assert opened.faults == []
 
 
-def test_muscles_are_chosen_by_group_and_in_the_list(browser, written):
-    *_, file = written("leg")
-    opened = Opened(browser, file)
+def test_muscles_are_chosen_by_group_and_in_the_list(seen):
+    opened = seen("leg")
+    opened.page.select_option("#group", label="strongest five")
     assert len(opened.chosen()) == 5
     opened.page.select_option("#group", label="front")
     assert opened.chosen() == ["extensor_digitorum"]
@@ -122,14 +134,28 @@ def test_muscles_are_chosen_by_group_and_in_the_list(browser, written):
     assert visible.all_inner_texts() == ["soleus"]
     visible.click()
     assert opened.chosen() == ["extensor_digitorum", "soleus"]
+    opened.page.fill("#filter", "")
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_pictures(browser, written, tmp_path, name):
+def test_the_player_has_few_parts_to_move(seen, written, name):
+    """What a frame costs it goes with their number: all muscles are one."""
+    opened = seen(name)
+    count = opened.page.evaluate("Object.keys(report.scene.getWorld().ObjectsById).length")
+    result = opened.page.evaluate("report.data.results[0]")
+    bones, moving = sum(map(bool, result["bones"])), len(result["flesh"] + result["surfaces"])
+    assert count <= 1 + bones + moving + 3  # ground, and both feet's forces
+    assert result["starts"][-1] == opened.page.evaluate(
+        "report.scene.getObjectById(report.data.results[0].muscles)"
+        ".geometry.attributes.position.count"
+    )
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_pictures(seen, tmp_path, name):
     """Bones, muscles, and no part beyond an edge, on a wide and on a narrow screen."""
-    *_, file = written(name)
-    opened = Opened(browser, file)
-    for width in (1280, 390):
+    opened = seen(name)
+    for width in (390, 1280):
         opened.page.set_viewport_size({"width": width, "height": 844})
         opened.page.wait_for_timeout(1500)
         picture = tmp_path / f"{name}_{width}.png"
@@ -156,7 +182,7 @@ def test_results_side_by_side_and_bones_of_the_users(browser, written, tmp_path)
     assert opened.page.locator("#title").inner_text() == "Consistent CSF | CSF (dashed)"
     vertices, places = opened.page.evaluate(
         "() => { const two = report.data.results.map((one) => "
-        "report.scene.getObjectById(one.bones[0][0])); return ["
+        "report.scene.getObjectById(one.bones[0])); return ["
         "two.map((bone) => bone.geometry.attributes.position.count),"
         "two.map((bone) => bone.matrixWorld.elements[12])]; }"
     )

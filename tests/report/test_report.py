@@ -8,59 +8,14 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
-from exudyn_muscles.cli import main
-from exudyn_muscles.report import bellies, bones, scene
+from exudyn_muscles.cli import commands, main
+from exudyn_muscles.cli.arguments import build_parser
+from exudyn_muscles.report import scene
 from exudyn_muscles.report.frames import RATE, sampled
-from exudyn_muscles.report.tubes import triangles, tube
-from exudyn_muscles.skeleton.segments import Segment
 
+from ..files.test_meshes import GIVEN
 from ..opensim import ABSENT
 from .pages import GAIT, NO_PLAYER, of_gait, of_leg, of_pedalling
-
-
-def volume(mesh):
-    """That of a closed surface whose triangles are seen from outside [m^3]."""
-    a, b, c = (mesh[0][mesh[1][:, k]] for k in range(3))
-    return float((a * np.cross(b, c)).sum() / 6.0)
-
-
-def test_a_tube_is_closed_and_seen_from_outside():
-    points = np.linspace([0.1, 0.0, 0.0], [0.1, 0.0, 0.5], 7)
-    mesh = tube(points, np.full(7, 0.02), 40), triangles(7, 40)
-    assert volume(mesh) == pytest.approx(np.pi * 0.02**2 * 0.5, rel=0.01)
-    edges = np.sort(np.vstack([mesh[1][:, [0, 1]], mesh[1][:, [1, 2]], mesh[1][:, [2, 0]]]))
-    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
-
-
-def test_a_muscle_follows_its_path_as_computed():
-    """Rings lie on it, at its bends too, and it is as long."""
-    line = np.array([[0.0, 0.0, 0.0], [0.0, 0.1, 0.02], [0.03, 0.2, 0.0], [0.03, 0.5, 0.0]])
-    length = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
-    rings, found, _ = bellies._rings(line, 0.2)
-    assert found == pytest.approx(length)
-    assert np.linalg.norm(np.diff(rings, axis=0), axis=1).sum() == pytest.approx(length, rel=1e-12)
-    for point in line:
-        assert np.linalg.norm(rings - point, axis=1).min() < 1e-12
-
-
-def test_a_belly_thickens_with_force():
-    line = [[np.array([[0.0, 0.0, 0.0], [0.0, 0.4, 0.0]])]] * 2
-    meshes = bellies.shapes(line, 0, np.full(2, 0.2), np.array([0.0, 1000.0]), 1000.0)
-    relaxed, active = (np.hypot(*mesh[:, [0, 2]].T).max() for mesh in meshes)
-    assert active == pytest.approx(np.sqrt(1000.0 / (np.pi * bellies.SPECIFIC_TENSION)), rel=0.01)
-    assert relaxed == pytest.approx(active * np.sqrt(bellies.RESTING), rel=0.01)
-
-
-def test_flesh_has_mass_and_inertia_of_its_segment():
-    mass, axes = 2.0, np.array([0.05, 0.08, 0.2])
-    tensor = np.diag([mass / 5.0 * (axes[[1, 2, 0]] ** 2 + axes[[2, 0, 1]] ** 2)][0])
-    center = np.array([0.0, 0.0, -0.2])
-    segment = Segment(2, mass, center, tensor, np.zeros((1, 3)), 0)
-    vertices, _ = bones.flesh(segment)
-    np.testing.assert_allclose(np.ptp(vertices, axis=0), 2.0 * axes, rtol=0.03)
-    np.testing.assert_allclose(vertices.mean(axis=0), center, atol=1e-3)
-    assert bones.flesh(segment._replace(tensor=1e-9 * np.eye(3))) is None  # a point
-    assert bones.flesh(segment._replace(tensor=np.eye(3))) is None  # lighter than anything
 
 
 @pytest.mark.parametrize("make", [of_leg, of_pedalling])
@@ -183,6 +138,31 @@ def test_the_command_line_writes_it(tmp_path, capsys):
     assert main(["report", str(tmp_path / "leg.npz"), model]) == 0
     assert (tmp_path / "leg.html").stat().st_size > 1e6
     assert f"wrote {tmp_path / 'leg.html'}" in capsys.readouterr().out
+    (tmp_path / "bone.vtp").write_text("<VTKFile/>")
+    with pytest.raises(em.ModelFileError, match="not a readable mesh"):
+        em.report(
+            of_leg()[1], tmp_path / "x.html", model=of_leg()[0], meshes={2: tmp_path / "bone.vtp"}
+        )
     other = tmp_path / "folder" / "page.html"
     assert main(["report", str(tmp_path / "leg.npz"), model, "--out", str(other)]) == 0
     assert other.exists()
+
+
+def test_the_command_line_takes_bones(tmp_path, monkeypatch):
+    """Those that the model names, from a folder."""
+    if not GAIT.exists():
+        pytest.skip(ABSENT)
+    _, result = of_gait()
+    result.save(tmp_path / "gait.npz")
+    (tmp_path / "femur_r.vtp").write_text(GIVEN["vtp"])
+    given = {}
+    monkeypatch.setattr(commands, "write_report", lambda *_, **options: given.update(options))
+    with pytest.warns(em.ModelFileWarning, match="sacrum.vtp, pelvis.vtp"):
+        commands.report(
+            build_parser().parse_args(
+                ["report", str(tmp_path / "gait.npz"), str(GAIT), "--geometry", str(tmp_path)]
+            )
+        )
+    ((link, (vertices, _)),) = given["meshes"].items()
+    thigh = next(each for each in given["model"].skeleton.segments().bodies if each.number == link)
+    assert len(vertices) == 5 and thigh.mass == pytest.approx(9.3014, rel=0.2)

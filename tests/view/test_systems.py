@@ -20,8 +20,8 @@ import exudyn_muscles as em
 from exudyn_muscles import view
 from exudyn_muscles.cli.report import summary
 from exudyn_muscles.errors import ParameterError
-from exudyn_muscles.skeleton.system.shown import system_segments, system_sticks
-from exudyn_muscles.view.colors import BONE
+from exudyn_muscles.skeleton.system.shown import system_graphics, system_segments
+from exudyn_muscles.view.colors import BONE, TENDON
 from models import pendulum
 
 VISUALIZATION = exu.ConfigurationType.Visualization
@@ -163,8 +163,8 @@ def test_of_a_tree_there_is_nothing_more():
     assert (result.constraint_drift == 0.0).all() and "violation" not in summary("x", result)
 
 
-def test_muscles_sticks_and_own_graphics(model, trajectory):
-    """A body with no more than Exudyn's shape becomes a stick, with its joints."""
+def test_muscles_limbs_and_own_graphics(model, trajectory):
+    """A body with no more than Exudyn's shape becomes a limb, and its joints are hidden."""
     before = drawn(model)
     assert has_color(before[0], AUTOMATIC) and has_color(before[0], OWN)
     with view.show_muscles(model):
@@ -197,10 +197,9 @@ def test_drawing_follows_the_pose(model, trajectory, row):
     with view.show_muscles(model, trajectory):
         colors, points = drawn(model)
     for activation, end in zip(trajectory.activations[row], ends(model), strict=True):
-        color = (*view.activation_color(activation)[:3], 1.0)
-        own = points[(np.abs(colors - np.array(color)) < 1e-5).all(axis=1)]
-        middle = np.linalg.norm(own - end, axis=1).min()
-        assert middle < 0.011 * 1.1  # the end's ball has this radius, at most
+        assert has_color(colors, view.activation_color(activation))
+        tendons = points[(np.abs(colors - np.array((*TENDON, 1.0))) < 1e-5).all(axis=1)]
+        assert np.linalg.norm(tendons - end, axis=1).min() < 1e-6
 
 
 def ends(model):
@@ -239,7 +238,7 @@ def test_a_result_of_another_system_is_refused(model, trajectory):
 
 
 def test_a_center_of_mass_beside_the_origin():
-    """Sticks end there, and a segment's inertia is about it."""
+    """A segment's inertia is about it."""
     mbs = exu.SystemContainer().AddSystem()
     cuboid = InertiaCuboid(1100.0, [0.1, 0.4, 0.2])
     body = mbs.CreateRigidBody(
@@ -250,8 +249,6 @@ def test_a_center_of_mass_beside_the_origin():
         useGlobalFrame=True,
     )  # fmt: skip
     mbs.Assemble()
-    (stick,) = system_sticks(mbs).points()
-    np.testing.assert_allclose(stick, [[1.0, 2.0, 3.0], [1.0, 1.8, 3.1]], atol=1e-12)
     (segment,), poses = system_segments(mbs)
     assert segment.number == int(body) and segment.mass == pytest.approx(cuboid.mass)
     np.testing.assert_allclose(segment.center, [0.0, -0.2, 0.1])
@@ -260,7 +257,7 @@ def test_a_center_of_mass_beside_the_origin():
     np.testing.assert_allclose(poses()[0][:3, 3], [1.0, 2.0, 3.0])
 
 
-def test_what_becomes_a_stick():
+def test_what_becomes_a_limb():
     """Planar bodies and mass points without graphics; a function that draws is graphics, too."""
     mbs = exu.SystemContainer().AddSystem()
     ground = mbs.CreateGround()
@@ -276,8 +273,6 @@ def test_what_becomes_a_stick():
     ]
     joint = mbs.AddObject(ObjectJointRevolute2D(markerNumbers=markers))
     mbs.Assemble()
-    sticks = system_sticks(mbs)
-    expected = [[[0.0, 0.0, 0.0], [0.0, -0.2, 0.0]], [[0.3, 0.0, 0.0], [0.3, 0.0, 0.0]]]
-    np.testing.assert_allclose(sticks.points(), expected, atol=1e-15)
-    assert sticks.ends.all()
-    assert sticks.replaced == (int(plane), int(joint), int(mass))
+    own = system_graphics(mbs)
+    assert own.limbs == (int(plane), int(mass))
+    assert own.replaced == (int(plane), int(joint), int(mass))

@@ -19,7 +19,7 @@ from matplotlib.image import imread
 import exudyn_muscles as em
 from exudyn_muscles import view
 from exudyn_muscles.errors import ParameterError
-from exudyn_muscles.view.colors import BONE
+from exudyn_muscles.view.colors import BONE, FLESH, FLESH_OPACITY
 from models import pendulum
 
 SETTINGS = em.CosimulationSettings(scheme=em.Scheme.FULL, kp=534.0)
@@ -93,11 +93,13 @@ def test_drawing_follows_the_pose(model):
     with view.show_muscles(model):
         for angle in (0.0, 1.0):
             set_pose(model, angle, 0.0)
-            _, points = drawn(model)
+            colors, points = drawn(model)
             tip = pendulum.LENGTH * np.array([np.sin(angle), -np.cos(angle), 0.0])
-            reach = np.linalg.norm(points, axis=1).max()
+            bone = points[(np.abs(colors - (*BONE, 1.0)) < 1e-5).all(axis=1)]
+            reach = np.linalg.norm(bone, axis=1).max()
             assert pendulum.LENGTH < reach < 1.1 * pendulum.LENGTH
-            assert np.linalg.norm(points - tip, axis=1).min() < 1e-6 * pendulum.LENGTH
+            ball = points[(np.abs(colors - (*FLESH, FLESH_OPACITY)) < 1e-5).all(axis=1)]
+            np.testing.assert_allclose(ball.mean(axis=0), tip, atol=1e-3 * pendulum.LENGTH)
 
 
 def test_nothing_remains_drawn_or_hidden(model, trajectory):
@@ -172,7 +174,7 @@ def test_picture_has_its_size_and_colors(model, trajectory, tmp_path):
     model_part = image[:, : int(0.84 * 301)]
     blue = model_part[..., 2] > model_part[..., 0] + 0.3
     bone = (np.ptp(model_part, axis=2) < 0.2) & (model_part[..., 0] < 0.9)
-    assert blue.sum() > 100 and bone.sum() > 100
+    assert blue.sum() > 30 and bone.sum() > 100  # the belly alone has the color
     assert (model_part[0, 150:] == 1.0).all()  # the model is not cut off
     other = tmp_path / "other.png"
     view.render(model, trajectory, 0.67, other, size=(301, 203))
@@ -197,12 +199,14 @@ def test_directions_turn_the_picture(model, trajectory, tmp_path):
     view.render(model, trajectory, 0.33, back, size=(400, 300), directions=mirrored)
 
     def center(file):
+        """Of the box around all that is seen: the light comes from another side of the model."""
         image = imread(file)[40:, :320, :3]
-        return np.argwhere((image < 0.9).any(axis=2)).mean(axis=0)
+        seen = np.argwhere((image < 0.99).any(axis=2))
+        return 0.5 * (seen.min(axis=0) + seen.max(axis=0))
 
     # The motion is symmetric, so that both pictures look at the same point.
     (row, column), (row_back, column_back) = center(front), center(back)
-    assert abs(row - row_back) < 0.1
+    assert abs(row - row_back) <= 0.5
     assert abs(column + column_back - 336.0) < 4.0
     assert column > column_back + 50.0
 

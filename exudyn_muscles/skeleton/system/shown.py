@@ -1,4 +1,4 @@
-"""Frames and sticks of a system of bodies and joints, at Exudyn's visualization state."""
+"""What is seen of a system of bodies and joints, at Exudyn's visualization state."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from exudyn import graphics
 
 from ..segments import Segment, Segments, body_poses
-from ..shown import VISUALIZATION, Sticks, coordinates_shown
+from ..shown import VISUALIZATION, OwnGraphics, coordinates_shown
 from .frame_list import BODIES, FrameList
 from .measuring import measure_pose
 from .tracked_rows import TrackedRows
@@ -35,15 +35,10 @@ def frames_shown(
     return R, p, z
 
 
-def system_sticks(mbs: exu.MainSystem) -> Sticks:
-    """Sticks from every joint on a body to its center of mass.
-
-    Bodies that the user gave graphics to keep them. Those without any, or with no more than the
-    shape that `CreateRigidBody` makes of an inertia, are drawn as sticks, and so are their joints.
-    """
-    joints = _joints(mbs)
-    pairs: list[tuple[exu.MarkerIndex | None, int]] = []
-    ends, replaced, corners = [], [], []
+def system_graphics(mbs: exu.MainSystem) -> OwnGraphics:
+    """Bodies that the user gave graphics to keep them. Those without any, or with no more than the
+    shape that `CreateRigidBody` makes of an inertia, are drawn as limbs, without their joints."""
+    joints, limbs, replaced, corners = _joints(mbs), [], [], []
     for number in range(mbs.systemData.NumberOfObjects()):
         item = mbs.GetObject(number, True)
         if item["objectType"] not in BODIES:
@@ -53,30 +48,18 @@ def system_sticks(mbs: exu.MainSystem) -> Sticks:
         corners += [(number, corner, automatic) for corner in _corners(own)]
         if item.get("VgraphicsDataUserFunction") or (own and not automatic):
             continue
-        on = [pair for pair in joints if pair[1] in (("body", number), ("node", _node(item)))]
-        replaced += [number, *(joint for joint, *_ in on)]
-        pairs += [(marker, number) for *_, marker in on] or [(None, number)]
-        ends += [len(on) < 2] * max(len(on), 1)
-    centers = {number: _center(mbs.GetObject(number)) for _, number in pairs}
+        limbs.append(number)
+        places = ("body", number), ("node", _node(item))
+        replaced += [number, *(joint for joint, on, _ in joints if on in places)]
 
     def at(number: int, point: np.ndarray) -> np.ndarray:
         return mbs.GetObjectOutputBody(exu.ObjectIndex(number), POSITION, point, VISUALIZATION)
-
-    def points() -> np.ndarray:
-        found = []
-        for marker, number in pairs:
-            center = at(number, centers[number])
-            joint = center
-            if marker is not None:
-                joint = mbs.GetMarkerOutput(marker, POSITION, VISUALIZATION)
-            found.append((joint, center))
-        return np.reshape(found, (-1, 2, 3))
 
     def outline(alone: bool) -> np.ndarray:
         seen = [corner[:2] for corner in corners if alone or not corner[2]]
         return np.reshape([at(*corner) for corner in seen], (-1, 3))
 
-    return Sticks(points, np.array(ends, dtype=bool), tuple(dict.fromkeys(replaced)), outline)
+    return OwnGraphics(tuple(limbs), tuple(dict.fromkeys(replaced)), outline)
 
 
 def system_segments(mbs: exu.MainSystem) -> Segments:

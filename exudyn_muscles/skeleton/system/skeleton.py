@@ -19,14 +19,14 @@ from ..hold import Hold, hold
 from ..opened import Dynamics, agree
 from ..reading import check_assembled, original, raise_as_itself
 from ..segments import Segments
-from ..shown import Sticks
+from ..shown import OwnGraphics
 from .coordinates import Tracked
 from .frame_list import FrameList
 from .geometry import GeometryOnAll, Pose, compile_loads
 from .load_object import force_object
 from .names import system_names
 from .opened import OpenedSystem
-from .shown import frames_shown, system_segments, system_sticks
+from .shown import frames_shown, system_graphics, system_segments
 from .tracked_rows import tracked_rows
 
 
@@ -111,8 +111,8 @@ class GeneralSkeleton(ExudynSkeleton):
     def frames_shown(self, near: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return frames_shown(self.mbs, self._frames, self._tracked, near)
 
-    def sticks(self) -> Sticks:
-        return system_sticks(self.mbs)
+    def own_graphics(self) -> OwnGraphics:
+        return system_graphics(self.mbs)
 
     def segments(self) -> Segments:
         return system_segments(self.mbs)

@@ -1,40 +1,43 @@
 """Shapes that read as limbs, of nothing but joints and masses.
 
-A bone goes from the joint towards ground to each further joint; that of a last segment goes as far
-beyond its center of mass. Around it is an ellipsoid with the segment's mass and inertia. A body
-with several further joints, and ground, is the hull of its joints and of the points that muscles
-have on it, as a pelvis is.
+A bone goes from the joint towards ground to each further joint; that of a last segment goes beyond
+its center of mass, by half of a rod with its inertia and as far as the joint at most. Around it is
+an ellipsoid with the segment's mass and inertia. A body with several further joints, and ground, is
+the hull of its joints and of the points that muscles have on it, as a pelvis is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, QhullError
 
 from ..errors import ParameterError
+from ..files.meshes import Mesh, read_mesh
 from ..path.frames import GROUND
 from ..path.paths import COORDINATE, Paths
 from ..path.surfaces import CYLINDER
 from ..skeleton.segments import Segment
-from .tubes import triangles, tube
+from .tubes import merged, triangles, tube
 
 # Radii over a bone's length; a femur's are 0.03 and 0.08.
 SHAFT, END = 0.032, 0.075
-BONE_SIDES, BONE_RINGS = 12, 20
-SPHERE = 16  # rings and sides
+BONE_SIDES, BONE_RINGS, KNOB_RINGS = 10, 12, 4
+SMALLEST_BONE = 0.01  # part of a scene's size: nothing shorter is drawn
+SPHERE = 20  # rings and sides
 # kg/m^3: a trunk with the air in its lungs has 400 and more as an ellipsoid, while the small bones
 # of a foot often have a larger inertia than they can, which makes integration easier.
 LIGHTEST = 200.0
+WATER = 1000.0  # kg/m^3
+POINT = 1e-3  # m: a smaller radius of gyration is that of a point mass
 UNLIMITED = 3.0  # half the length that is drawn of an unlimited cylinder, in radii
-
-Mesh = tuple[np.ndarray, np.ndarray]  # vertices (v, 3) [m], corners of triangles (t, 3)
 
 
 def checked_meshes(
-    meshes: Mapping[int, tuple[ArrayLike, ArrayLike]], segments: Sequence[Segment]
+    meshes: Mapping[int, tuple[ArrayLike, ArrayLike] | str | Path], segments: Sequence[Segment]
 ) -> dict[int, Mesh]:
     """A user's meshes by the numbers of their segments, or ParameterError."""
     numbers, found = [GROUND, *(segment.number for segment in segments)], {}
@@ -44,8 +47,9 @@ def checked_meshes(
                 f"meshes: {link} is no segment with a mass; these are "
                 f"{', '.join(map(str, numbers))} (-1 is ground)"
             )
+        read = read_mesh(mesh) if isinstance(mesh, (str, Path)) else mesh
         try:
-            vertices, corners = (np.array(part) for part in mesh)
+            vertices, corners = (np.array(part) for part in read)
         except (TypeError, ValueError) as error:
             raise ParameterError(f"meshes: of {link}: {error}") from error
         flat = vertices.ndim != 2 or corners.ndim != 2 or len(corners) == 0
@@ -65,12 +69,24 @@ def checked_meshes(
     return found
 
 
-def bones(segment: Segment, smallest: float) -> list[Mesh]:
-    """The bones of a segment in its frame; none shorter than `smallest` [m]."""
+def skeletal(segment: Segment, paths: Paths, smallest: float) -> Mesh | None:
+    """The bones of a segment in its frame, none shorter than `smallest` [m]."""
+    found = _bones(segment, smallest)
+    around = hull(segment, paths)
+    if around is not None:
+        found.append(around)
+    return merged(found) if found else None
+
+
+def _bones(segment: Segment, smallest: float) -> list[Mesh]:
     joints = segment.joints if len(segment.joints) else segment.center[None]
     start, ends = joints[0], joints[1:]
     if len(ends) == 0:
-        ends = (2.0 * segment.center - start)[None]
+        along = segment.center - start
+        length = float(np.linalg.norm(along))
+        # Half of a rod with this mass and inertia: a point mass ends where it is.
+        half = np.sqrt(3.0 * np.linalg.norm(segment.tensor, 2) / max(segment.mass, 1e-9))
+        ends = (segment.center + min(1.0, half / max(length, 1e-9)) * along)[None]
     return [_bone(start, end) for end in ends if np.linalg.norm(end - start) > smallest]
 
 
@@ -99,13 +115,17 @@ def hull(segment: Segment | None, paths: Paths) -> Mesh | None:
 
 
 def flesh(segment: Segment) -> Mesh | None:
-    """The homogeneous ellipsoid with the mass and inertia of a segment, in its frame; None if its
-    inertia is none of a body of tissue in space."""
+    """The homogeneous ellipsoid with the mass and inertia of a segment, in its frame, a ball of
+    water for a point mass; None if its inertia is none of a body of tissue in space."""
     moments, axes = np.linalg.eigh(segment.tensor)
     if segment.mass <= 0.0:
         return None
+    if moments[-1] < POINT**2 * segment.mass:
+        radius = np.cbrt(segment.mass / (4.0 / 3.0 * np.pi * WATER))
+        vertices, corners = _sphere()
+        return segment.center + radius * vertices, corners
     squares = 2.5 / segment.mass * (moments.sum() - 2.0 * moments)
-    if not (squares > 1e-6).all():
+    if not (squares > POINT**2).all():
         return None
     density = segment.mass / (4.0 / 3.0 * np.pi * np.sqrt(squares.prod()))
     if density < LIGHTEST:
@@ -131,7 +151,7 @@ def _bone(start: np.ndarray, end: np.ndarray) -> Mesh:
     x = length * _dense_at_ends()
     to_end = np.minimum(x, length - x)
     # The knobs are spheres about the joints, beyond which they reach, and run out into the shaft.
-    reach = np.linspace(-0.8 * knob, 0.0, 7)[:-1]
+    reach = -knob * np.cos(np.linspace(0.06 * np.pi, 0.5 * np.pi, KNOB_RINGS + 1)[:-1])
     before = np.concatenate([reach, x, length - reach[::-1]])
     inside = np.sqrt(np.maximum(knob**2 - np.minimum(reach, 0.0) ** 2, 0.0))
     course = shaft + (knob - shaft) * np.exp(-((to_end / (1.6 * knob)) ** 2))

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+
+from ..files.meshes import Mesh
 
 SIDES = 8
 
@@ -55,6 +59,23 @@ def triangles(n: int, sides: int = SIDES) -> np.ndarray:
     found.append(np.column_stack([np.full(sides, start), after, k]))
     found.append(np.column_stack([np.full(sides, end), last + k, last + after]))
     return np.vstack(found).astype(np.uint32)
+
+
+def merged(meshes: Sequence[Mesh]) -> Mesh:
+    """Several meshes as one."""
+    begins = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])[:-1]
+    corners = [corners + begin for (_, corners), begin in zip(meshes, begins, strict=True)]
+    vertices = np.vstack([vertices for vertices, _ in meshes])
+    return vertices, np.vstack(corners).astype(np.uint32)
+
+
+def normals(vertices: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Unit normals (v, 3) of a smooth surface, means over the triangles (t, 3) around."""
+    a, b, c = (vertices[corners[:, k]] for k in range(3))
+    across, found = np.cross(b - a, c - a), np.zeros_like(vertices)
+    for k in range(3):
+        np.add.at(found, corners[:, k], across)
+    return found / np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-300)
 
 
 def on_vertices(values: np.ndarray, sides: int = SIDES) -> np.ndarray:
