@@ -25,11 +25,17 @@ class LowPass(Enum):
     """Low-pass filters without phase."""
 
     BUTTERWORTH = "fourth order: a second-order one forwards and backwards"
+    BUTTERWORTH_6 = (
+        "sixth order: a third-order one forwards and backwards, as in OpenSim's analyses"
+    )
     OPENSIM = (
         "that of OpenSim's CMC: a windowed sinc 101 samples wide, whatever the cut-off; no "
         "accelerations at the record's ends"
     )
     WINDOWED_SINC = "the same, with a part of the record's accelerations at its ends"
+
+
+BUTTERWORTHS = {LowPass.BUTTERWORTH: 2, LowPass.BUTTERWORTH_6: 3}  # orders of one pass
 
 
 def low_passed(
@@ -56,7 +62,7 @@ def low_passed(
             q = _continued(q, OPENSIM_PADDING + OPENSIM_ORDER, period)
         around = sliding_window_view(q, k.size, axis=0)
         return _reflected(t, OPENSIM_PADDING), around @ (weights / weights.sum())
-    if low_pass is not LowPass.BUTTERWORTH:
+    if low_pass not in BUTTERWORTHS:
         raise MotionError(f"low_pass = {low_pass!r} is not a LowPass")
     from scipy.signal import butter, sosfiltfilt  # a third of a second to import
 
@@ -64,7 +70,7 @@ def low_passed(
     # after three periods.
     padding = min(round(3.0 / (cutoff * step)), t.size - 1)
     q = _continued(q, padding, period)
-    filtered = sosfiltfilt(butter(2, cutoff / limit, output="sos"), q, axis=0, padlen=0)
+    filtered = sosfiltfilt(butter(BUTTERWORTHS[low_pass], cutoff / limit, output="sos"), q, axis=0, padlen=0)
     return t, filtered[padding:-padding]
 
 

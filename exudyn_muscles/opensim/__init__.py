@@ -5,14 +5,17 @@ reads an element of a file raises ModelFileError for it.
 """
 
 from . import result_files
+from .cmc_setup import CMCSetup
 from .joints import Coordinate
 from .load import load_model, read_coordinates
 from .result_files import write_results
-from .setup import CMCSetup, load_setup
+from .setup import load_setup
+from .static_setup import StaticSetup
 
 __all__ = [
     "CMCSetup",
     "Coordinate",
+    "StaticSetup",
     "load_model",
     "load_setup",
     "read_coordinates",

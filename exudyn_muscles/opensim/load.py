@@ -115,6 +115,7 @@ def read_model(
     tracked: Collection[str] | None = None,
     only_sets: bool = False,
     excluded: Collection[str] = (),
+    inverse: bool = False,
 ) -> Content:
     """What `load_model` loads, with what it leaves out; it raises the same errors.
 
@@ -126,6 +127,8 @@ def read_model(
         The model's own forces are left out.
     excluded : collection of str
         Names of ideal actuators that are left out.
+    inverse : bool
+        Muscles are left out, and every coordinate gets an ideal actuator of 1 N m or 1 N.
     """
     model = read_document(file)
     model.allow(*READ, *HARMLESS)
@@ -149,6 +152,8 @@ def read_model(
     for force in named_apart([*own, *chain.from_iterable(more)]):
         if not force.is_on:
             idle.add(force.name)
+        elif inverse and force.tag in {*CLASSES, *REFUSED_MUSCLES}:
+            idle.add(force.name)
         elif force.tag in CLASSES:
             muscles.append(read_muscle(force, bodies))
         elif force.tag in REFUSED_MUSCLES:
@@ -171,6 +176,9 @@ def read_model(
         for link in bodies.links
         if link.follows is None and _is_held(link, tracked)
     ]
+    if inverse:
+        free = [link.name for link in bodies.links if link.follows is None]
+        reserves += [Reserve(name, 1.0, name=f"{name}_actuator") for name in free]
     dependent = [link.follows for link in bodies.links if link.follows is not None]
     with model.blamed():
         mbs, tree = _build(bodies.links, dependent, gravity, forces, passive)
