@@ -145,6 +145,7 @@ __all__ = [
     "PathWarning",
     "PathWrap",
     "PointActuator",
+    "PoweredForces",
     "Prediction",
     "Predictor",
     "ReachableMaximum",

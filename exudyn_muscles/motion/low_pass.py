@@ -70,7 +70,9 @@ def low_passed(
     # after three periods.
     padding = min(round(3.0 / (cutoff * step)), t.size - 1)
     q = _continued(q, padding, period)
-    filtered = sosfiltfilt(butter(BUTTERWORTHS[low_pass], cutoff / limit, output="sos"), q, axis=0, padlen=0)
+    filtered = sosfiltfilt(
+        butter(BUTTERWORTHS[low_pass], cutoff / limit, output="sos"), q, axis=0, padlen=0
+    )
     return t, filtered[padding:-padding]
 
 

@@ -150,9 +150,7 @@ def read_model(
     forces_beside = [each for each in beside if each.tag in FORCES]
     own = [] if only_sets else [*model.items("ForceSet"), *forces_beside]
     for force in named_apart([*own, *chain.from_iterable(more)]):
-        if not force.is_on:
-            idle.add(force.name)
-        elif inverse and force.tag in {*CLASSES, *REFUSED_MUSCLES}:
+        if not force.is_on or (inverse and force.tag in {*CLASSES, *REFUSED_MUSCLES}):
             idle.add(force.name)
         elif force.tag in CLASSES:
             muscles.append(read_muscle(force, bodies))

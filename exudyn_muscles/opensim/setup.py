@@ -34,12 +34,12 @@ def load_setup(
     not positive means no filter; the filter has OpenSim's weights, and the accelerations that the
     motion has at its ends.
 
-    Of an `AnalyzeTool` file the first `StaticOptimization` that is on is read. Forces are divided by
-    the rigid-tendon force, or without `use_muscle_physiology` by F0, and summed to the
-    `activation_exponent`; windows are OpenSim's intervals, in parts of 10 ms at most. Here muscles
-    have tendons that stretch, passive forces, and excitations that lead from one force to the next;
-    OpenSim's have none of these. Without `use_model_force_set` muscles are left out, and every
-    coordinate gets an ideal actuator.
+    Of an `AnalyzeTool` file the first `StaticOptimization` that is on is read. Forces are divided
+    by the rigid-tendon force, or without `use_muscle_physiology` by F0, and their powers by the
+    `activation_exponent` are summed; windows are OpenSim's intervals, in parts of 10 ms at most.
+    Muscles here have tendons that stretch, passive forces, and excitations that lead from one force
+    to the next; OpenSim's have none of these. Without `use_model_force_set` muscles are left out,
+    and every coordinate gets an ideal actuator.
 
     Parameters
     ----------

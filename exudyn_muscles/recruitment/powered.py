@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from copy import copy
 
 import numpy as np
 import qpsolvers
@@ -34,11 +33,11 @@ class PoweredProblem(ScaledProblem):
         super().__init__(r, Q_m, F_min, F_max, N)
         self._power = power
         shortest = np.linalg.lstsq(self.A, self.b, rcond=None)[0] if self.finite else np.zeros(1)
-        self._size = np.abs(shortest).max() or 1.0
+        self._around = float(np.abs(shortest).max()) or 1.0
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
         """How the cost grows with every unknown (m,)."""
-        return self._size * np.abs(x / self._size) ** (self._power - 1.0) * np.sign(x)
+        return self._around * np.abs(x / self._around) ** (self._power - 1.0) * np.sign(x)
 
     def solved(self, ask: Callable[[qpsolvers.Problem], Answer]) -> Answer:
         """The solution by Newton's method, every program with the curvatures of the one before.
@@ -50,14 +49,16 @@ class PoweredProblem(ScaledProblem):
         if answer is None:
             return None
         x, y = answer
-        program = copy(self)
         for _ in range(MOST_PROGRAMS):
             g = self.gradient(x)
             if kkt_residual(x, g, y, self.A, self.b, self.lb, self.ub) <= CONVERGED:
                 break
-            curvature = (self._power - 1.0) * np.abs(x / self._size) ** (self._power - 2.0)
+            curvature = (self._power - 1.0) * np.abs(x / self._around) ** (self._power - 2.0)
             curvature = np.maximum(curvature, FLATTEST * curvature.max())
-            program.P, program.q = np.diag(curvature), g - curvature * x
+            program = qpsolvers.Problem(
+                np.diag(curvature), g - curvature * x,
+                A=self.A, b=self.b, lb=self.lb, ub=self.ub,
+            )  # fmt: skip
             answer = ask(program)
             if answer is None:
                 return None
@@ -68,4 +69,4 @@ class PoweredProblem(ScaledProblem):
         return x, y
 
     def _cost(self, x: np.ndarray) -> float:
-        return float((np.abs(x / self._size) ** self._power).sum())
+        return float((np.abs(x / self._around) ** self._power).sum())

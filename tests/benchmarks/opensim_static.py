@@ -5,11 +5,11 @@
     git clone https://github.com/opensim-org/opensim-core
     python -m tests.benchmarks.opensim_static FOLDER   # with both of them in it [--json FILE]
 
-from the repository's root. Where results differ is told in three steps, each a root mean square over
-all muscles and OpenSim's times:
+from the repository's root. Where results differ is told in three steps, each a root mean square
+over all muscles and OpenSim's times:
 
-- `same`: OpenSim's problem solved here, with rigid tendons and neither passive forces nor activation
-  dynamics. What is left is geometry, dynamics and the two optimizers.
+- `same`: OpenSim's problem solved here, with rigid tendons and neither passive forces nor
+  activation dynamics. What is left is geometry, dynamics and the two optimizers.
 - `passive`: with passive forces, of rigid tendons still.
 - `whole`: this package's result, whose tendons stretch and whose activations take time.
 
@@ -17,13 +17,12 @@ Asserts nothing.
 """
 
 import argparse
-import dataclasses
 import importlib.util
 import json
+import shutil
 import subprocess
 import sys
 import tempfile
-import shutil
 import warnings
 from pathlib import Path
 from typing import NamedTuple
@@ -32,27 +31,24 @@ import numpy as np
 
 import exudyn_muscles as em
 from exudyn_muscles.files.disk import write_file
-from exudyn_muscles.recruitment.limits import Limits
-from exudyn_muscles.recruitment.optimization import Recruiter
-from exudyn_muscles.recruitment.steady import steady_bounds, steady_state
 
-from ..opensim_models import rebuilt
+from ..opensim_static import Course, simplified
 from .opensim_analyze import REPORT
 
 OPENSIM_SIDE = Path(__file__).with_name("opensim_analyze.py")
 MODELS, CORE = "opensim-models", "opensim-core"
 TESTS = f"{CORE}/Applications/Analyze/tests/resources"
+IK = "arm26_InverseKinematics.mot"
 COURSE = f"{MODELS}/Tutorials/Computed_Muscle_Control/OutputReference"
 LOADS = f"{MODELS}/Tutorials/Estimating_Joint_Reaction_Loads"
-GAIT = f"{MODELS}/Pipelines/Gait2392_Simbody"
 
 
 class Case(NamedTuple):
-    """A set-up file, what it names that lies elsewhere in the repositories, by the name that it
-    has in the set-up, and a span in place of the file's."""
+    """A set-up file, and what it names that lies elsewhere in the repositories, by the name that it
+    has in the set-up."""
 
     setup: str
-    beside: dict[str, str] = {}
+    beside: dict[str, str]
 
 
 CASES = {
@@ -60,29 +56,16 @@ CASES = {
         f"{COURSE}/StaticOptimization/arm26_Setup_StaticOptimization.xml",
         {
             "arm26.osim": f"{COURSE}/arm26.osim",
-            "arm26_InverseKinematics.mot": f"{COURSE}/InverseKinematics/arm26_InverseKinematics.mot",
+            IK: f"{COURSE}/InverseKinematics/{IK}",
         },
     ),
-    "arm26_bounds": Case(f"{TESTS}/arm26_bounds_Setup_StaticOptimization.xml"),
-    "gait10dof18musc": Case(f"{TESTS}/staticoptimization_spring_Setup.xml"),
+    "arm26_bounds": Case(f"{TESTS}/arm26_bounds_Setup_StaticOptimization.xml", {}),
+    "gait10dof18musc": Case(f"{TESTS}/staticoptimization_spring_Setup.xml", {}),
     "gait2392": Case(
         f"{LOADS}/setup_static_optimization.xml",
         {"subject01_simbody_adjusted.osim": f"{LOADS}/subject01_simbody_adjusted_StaticOp.osim"},
     ),
-    "gait2392, pipeline": Case(
-        f"{GAIT}/setup_static_optimization.xml",
-        {"subject01_simbody_adjusted.osim":
-         f"{GAIT}/OutputReference/subject01_simbody_adjusted.osim"},
-    ),
 }  # fmt: skip
-
-
-class Course(NamedTuple):
-    """Activations (k, m) and forces along the tendons (k, m) [N] at times (k,) [s]."""
-
-    time: np.ndarray
-    activation: np.ndarray
-    force: np.ndarray
 
 
 def of_opensim(folder, setup, names):
@@ -103,44 +86,6 @@ def of_opensim(folder, setup, names):
     return Course(tables[0].time, *values), report["cpu_time"]
 
 
-def simplified(setup, times, passive):
-    """The same problem at single instants: of muscles with rigid tendons whose forces are their
-    activations times what they can do, with or without their passive forces."""
-    rigid = [dataclasses.replace(each, ignore_tendon_compliance=True) for each in setup.model.muscles]
-    model = rebuilt(setup.model, rigid, setup.model.reserves)
-    m, skeleton, settings = len(rigid), model.skeleton, setup.settings
-    limits = Limits(settings.control_limits, model.muscles, model.reserves)
-    recruiter = Recruiter(criterion=settings.criterion)
-    optimal = np.array([each.optimal_force for each in model.reserves])
-    activations, forces = [], []
-    with skeleton.opened():
-        for t in times:
-            q, v, a = setup.motion(t)
-            M, bias, place = skeleton.dynamics_at(q, v, t)
-            geometry = model.geometry(*place)
-            u, ideal = limits.at(t)
-            full = settings.normalizer(model.muscles, np.ones(m), geometry)
-            low, high = u * full
-            if passive:
-                low, high = steady_bounds(
-                    model.muscles, u, geometry.length, geometry.lengthening_speed
-                )
-            F = recruiter.solve(
-                np.vstack([geometry.moment_arms, geometry.columns.T.reshape(-1, q.size)]),
-                M @ a + bias,
-                np.concatenate((low, ideal[0])), np.concatenate((high, ideal[1])),
-                np.concatenate((full, optimal)),
-            ).force[:m]  # fmt: skip
-            activation = F / full
-            if passive:
-                activation = steady_state(
-                    model.muscles, u, F, geometry.length, geometry.lengthening_speed
-                )[0]
-            activations.append(activation)
-            forces.append(F)
-    return Course(times, np.array(activations), np.array(forces))
-
-
 def whole(result, times):
     """This package's result at these times."""
     columns = zip(result.activations.T, strict=False), zip(result.tendon_forces.T, strict=False)
@@ -153,10 +98,7 @@ def whole(result, times):
 
 def differences(one, other):
     """Root mean squares of activations and of forces [N]."""
-    return [
-        float(np.sqrt(np.mean((x - y) ** 2)))
-        for x, y in zip(one[1:], other[1:], strict=True)
-    ]
+    return [float(np.sqrt(np.mean((x - y) ** 2))) for x, y in zip(one[1:], other[1:], strict=True)]
 
 
 def compare(case, root, folder):
