@@ -1,8 +1,8 @@
 """Ideal actuators beside the muscles: reserves on coordinates, forces and torques on links.
 
 Their torques on the coordinates are S f with the forces f (r,) and the columns S (n, r), as the
-muscles' are r^T F. A reserve's column is constant; those of forces and torques on links depend on
-the coordinates.
+muscles' are r^T F. A reserve's column is constant if its coordinate is independent; those of forces
+and torques on links depend on the coordinates.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Reserve:
     Parameters
     ----------
     coordinate : str
-        The coordinate's name in the model.
+        The coordinate's name in the model; it may be one that depends on others.
     optimal_force : float
         Torque [N m] or force [N] at control 1: the larger, the cheaper.
     min_control, max_control : float
@@ -187,7 +187,7 @@ def actuator_table(
     names : sequence of str
         Of all coordinates of the tree.
     coordinates : sequence of str
-        Of the independent ones, which alone have reserves.
+        Of the independent ones, which an error tells.
     number : callable
         As `links` of `collect_paths`.
 
@@ -236,7 +236,7 @@ def _row(
     row = np.zeros(COLUMNS)
     row[AGAINST] = row[POINT_FRAME] = row[FRAME] = GROUND
     if isinstance(actuator, Reserve):
-        if actuator.coordinate not in coordinates:
+        if actuator.coordinate not in names:
             raise ParameterError(
                 f"reserve on '{actuator.coordinate}': the coordinates are {list(coordinates)}"
             )
