@@ -41,10 +41,10 @@ def _reserve(element: Element, bodies: Bodies, common: dict[str, Any]) -> Reserv
         element.warn(f"its force follows its control at once here, in OpenSim within {tau:g} s")
     element.allow(*COMMON, "coordinate", *slow)
     name = element.word("coordinate")
-    known = [each.name for each in bodies.coordinates]
+    known = [coordinate.name for coordinate in bodies.coordinates]
     if name not in known:
         raise element.get("coordinate").error(
-            f"'{name}' is no coordinate, those are {', '.join(known)}"
+            f"there is no coordinate '{name}', those are {', '.join(known)}"
         )
     return None if name in bodies.locked else Reserve(name, **common)
 

@@ -169,14 +169,17 @@ def read_model(
     gravity = model.vector("gravity", default=(0.0, -9.80665, 0.0))
     forces = [] if external_loads is None else read_external_loads(external_loads, bodies)
     names = [link.name for link in bodies.links]
+    if inverse:
+        reserves += [
+            Reserve(link.name, 1.0, name=f"{link.name}_actuator")
+            for link in bodies.links
+            if link.follows is None
+        ]
     reserves += [
         Reserve(link.name, FREELY, name=f"{link.name}_held")
         for link in bodies.links
         if link.follows is None and _is_held(link, tracked)
     ]
-    if inverse:
-        free = [link.name for link in bodies.links if link.follows is None]
-        reserves += [Reserve(name, 1.0, name=f"{name}_actuator") for name in free]
     dependent = [link.follows for link in bodies.links if link.follows is not None]
     with model.blamed():
         mbs, tree = _build(bodies.links, dependent, gravity, forces, passive)

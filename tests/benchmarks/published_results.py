@@ -64,7 +64,9 @@ def main():
           f"{setup.motion.start:g} to {setup.motion.end:g} s")  # fmt: skip
     print("tracking errors:", " ".join(["published", *results]))
     for j, name in enumerate(setup.model.coordinates):
-        ours = [rms(result.tracking_errors()[result.time > begun, j]) for result in results.values()]
+        ours = [
+            rms(result.tracking_errors()[result.time > begun, j]) for result in results.values()
+        ]
         print(f"  {name:18}", " ".join(f"{x:.1e}" for x in (published[name], *ours)))
     columns = theirs.values[rows]
     muscles = columns[:, [theirs.labels.index(name) for name in names]]

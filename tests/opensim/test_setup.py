@@ -496,7 +496,7 @@ REFUSED = [
     ({"files": {"tasks.xml": controls()}}, "tasks.xml", "<ControlSet",
      "this is not a CMC_TaskSet file"),
     refused_forces("ElasticF", "ForceSet / ElasticFoundationForce 'spring': this cannot", SPRING),
-    refused_forces("<coordinate>", "'knee' is no coordinate, those are", reserve("knee")),
+    refused_forces("<coordinate>", "there is no coordinate 'knee', those are", reserve("knee")),
     refused_forces("<optimal_force>", "expected numbers, got '1,5'", reserve("elbow", "1,5")),
     ({"files": {"reserves.xml": tasks()}}, "reserves.xml", "<CMC_TaskSet",
      "this is not a ForceSet file"),
