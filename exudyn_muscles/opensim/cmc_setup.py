@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from pathlib import Path
 
 from ..errors import ParameterError
 from ..methods.cmc import CMCSettings
 from ..methods.cosimulation_settings import CosimulationSettings, Scheme
 from ..methods.tracking import TrackingSettings
-from ..model import MusculoskeletalModel
-from ..motion import LowPass, Motion
+from ..motion import LowPass
 from ..muscle.window import Integrator
 from ..recruitment.limits import ControlLimits
 from ..recruitment.normalizers import MaximumIsometricForce, RigidTendonForce
@@ -18,7 +16,6 @@ from . import setup_files as files
 from .activations import activation_limits
 from .controls import MINIMUM, read_controls
 from .element import NOT_GIVEN, Element
-from .joints import Coordinate
 from .load import Content, read_model
 from .tasks import Task, Tasks, read_tasks
 
@@ -39,29 +36,16 @@ STEPS = 10  # of skeleton and muscles in a window
 
 
 @dataclass(frozen=True, eq=False)
-class CMCSetup:
+class CMCSetup(files.Setup):
     """What a set-up file of OpenSim's CMC tool asks for.
 
     Attributes
     ----------
-    name : str
-    model : MusculoskeletalModel
-        With reserves, residuals and external loads.
-    motion : Motion
-        The desired kinematics over the set-up's span.
     settings : CMCSettings
         Of `computed_muscle_control`.
-    results_directory : Path
-    coordinates : tuple of Coordinate
-        All that the model's file has, as `read_coordinates`.
     """
 
-    name: str
-    model: MusculoskeletalModel
-    motion: Motion
     settings: CMCSettings
-    results_directory: Path
-    coordinates: tuple[Coordinate, ...]
 
     def cosimulation(self, scheme: Scheme = Scheme.CONSISTENT) -> CosimulationSettings:
         """The same settings for `cosimulate`, with the window as the step."""
@@ -109,7 +93,7 @@ def read_cmc_setup(tool: Element, asked: files.Asked) -> CMCSetup:
     followed = activation_limits(given, content.model, motion, window)
     settings = replace(settings, control_limits={**settings.control_limits, **followed})
     directory = files.results_directory(tool)
-    return CMCSetup(name, content.model, motion, settings, directory, content.coordinates)
+    return CMCSetup(name, content.model, motion, directory, content.coordinates, settings)
 
 
 def _excluded(tool: Element) -> frozenset[str]:

@@ -9,8 +9,10 @@ from pathlib import Path
 
 from ..checks import number_within
 from ..errors import MotionError, MotionWarning, SpanWarning, warn
+from ..model import MusculoskeletalModel
 from ..motion import LowPass, Motion
 from .element import NOT_GIVEN, Element
+from .joints import Coordinate
 from .load import Content
 
 # How OpenSim integrates and prints; start-up; what only moves points of loads, in older versions.
@@ -27,6 +29,29 @@ READ = (
 )  # fmt: skip
 # Behind a record's first sample its accelerations are uncertain for so many periods of the cut-off.
 UNSURE = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """What a set-up file asks for, whatever its tool.
+
+    Attributes
+    ----------
+    name : str
+    model : MusculoskeletalModel
+        With reserves, residuals and external loads.
+    motion : Motion
+        The desired kinematics over the set-up's span.
+    results_directory : Path
+    coordinates : tuple of Coordinate
+        All that the model's file has, as `read_coordinates`.
+    """
+
+    name: str
+    model: MusculoskeletalModel
+    motion: Motion
+    results_directory: Path
+    coordinates: tuple[Coordinate, ...]
 
 
 @dataclass(frozen=True)

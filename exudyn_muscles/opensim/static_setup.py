@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from ..errors import MotionError
 from ..files.storage import read_storage
 from ..methods.static import StaticSettings
-from ..model import MusculoskeletalModel
-from ..motion import LowPass, Motion
+from ..motion import LowPass
 from ..muscle.window import Integrator
 from ..numerics.splines import told_apart
 from ..recruitment.criterion import LARGEST_EXPONENT, Criterion, PoweredForces, SquaredForces
 from ..recruitment.normalizers import MaximumIsometricForce, RigidTendonForce
 from . import setup_files as files
 from .element import Element
-from .joints import Coordinate
 from .load import read_model
 
 # Analyses beside the one, and controllers, which a static optimization switches off.
@@ -38,29 +35,16 @@ LONGEST = 0.01  # s, of a window: over longer ones a muscle's course is no cubic
 
 
 @dataclass(frozen=True, eq=False)
-class StaticSetup:
-    """What a set-up file of OpenSim's asks for that has a static optimization among its analyses.
+class StaticSetup(files.Setup):
+    """What a set-up file of OpenSim's analyses asks for that has a static optimization among them.
 
     Attributes
     ----------
-    name : str
-    model : MusculoskeletalModel
-        With reserves, residuals and external loads.
-    motion : Motion
-        Over the set-up's span.
     settings : StaticSettings
         Of `static_optimization`.
-    results_directory : Path
-    coordinates : tuple of Coordinate
-        All that the model's file has, as `read_coordinates`.
     """
 
-    name: str
-    model: MusculoskeletalModel
-    motion: Motion
     settings: StaticSettings
-    results_directory: Path
-    coordinates: tuple[Coordinate, ...]
 
 
 def read_static_setup(tool: Element, asked: files.Asked) -> StaticSetup:
@@ -93,7 +77,7 @@ def read_static_setup(tool: Element, asked: files.Asked) -> StaticSetup:
     )  # fmt: skip
     files.warn_of_rest(tool, motion, settings.step)
     directory = files.results_directory(tool)
-    return StaticSetup(name, content.model, motion, settings, directory, content.coordinates)
+    return StaticSetup(name, content.model, motion, directory, content.coordinates, settings)
 
 
 def _analysis(tool: Element) -> Element:
