@@ -62,7 +62,7 @@ from .numerics.splines import simm_spline
 from .path.functions import FunctionPath
 from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
 from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere
-from .recruitment.criterion import Criterion, SquaredForces
+from .recruitment.criterion import Criterion, PoweredForces, SquaredForces
 from .recruitment.limits import ControlLimits
 from .recruitment.normalizers import (
     MaximumIsometricForce,
@@ -147,6 +147,7 @@ __all__ = [
     "PathWarning",
     "PathWrap",
     "PointActuator",
+    "PoweredForces",
     "Prediction",
     "Predictor",
     "ReachableMaximum",

@@ -128,9 +128,7 @@ class MusculoskeletalModel:
         self.reserves = tuple(reserves)
         for name in set(actuator_names(reserves)) & set(self.muscles.names):
             raise ParameterError(f"reserves: '{name}' is the name of a muscle")
-        actuators = actuator_table(
-            self.reserves, skeleton.tree_coordinates, self.coordinates, skeleton.frame_number
-        )
+        actuators = actuator_table(self.reserves, skeleton.tree_coordinates, skeleton.frame_number)
         mounted = skeleton.mount(self.paths, self.muscles.names, actuators)
         self.geometry, self.columns, self.loads = mounted
         for i, name in enumerate(self.muscles.names):

@@ -17,7 +17,19 @@ import numpy as np
 from exudyn_muscles.files.disk import write_arrays, write_file
 
 from .opensim import passive_models
-from .own_models import FOLDER, MODEL, OWN, SETUP, body, cmc_files, coordinate, joint, muscle
+from .own_models import (
+    FOLDER,
+    MODEL,
+    OWN,
+    SETUP,
+    STATIC,
+    body,
+    cmc_files,
+    coordinate,
+    joint,
+    muscle,
+    static_files,
+)
 
 STATES = 12
 SEED = 20260601
@@ -490,27 +502,57 @@ def stored_files():
         return {name: (Path(folder) / name).read_bytes() for name in ("noisy.mot", "noisy.sto")}
 
 
+# What static optimizations ask for; without the model's forces OpenSim 4.6 crashes.
+ASKED = {
+    "squares": {},
+    "cubes": {"activation_exponent": 3},
+    "isometric": {"use_muscle_physiology": "false"},
+}
+
+
 def cmc():
     """The states of OpenSim's CMC: labels, and rows (k, c) with the time first."""
     import opensim
 
+    times = np.arange(0.04, 0.5901, 0.01)
+    results = {"states": "blocks_states.sto", "errors": "blocks_pErr.sto"}
+    return tool_results(cmc_files(), SETUP, opensim.CMCTool, results, times)
+
+
+def static_optimizations():
+    """Activations and forces of OpenSim's static optimizations, as `cmc`."""
+    import opensim
+
+    times = np.arange(0.1, 0.6001, 0.01)
+    found = {}
+    for name, asked in ASKED.items():
+        results = {
+            f"{name}_{kind}": f"blocks_StaticOptimization_{kind}.sto"
+            for kind in ("activation", "force")
+        }
+        files = static_files(**asked)
+        found |= tool_results(files, STATIC, opensim.AnalyzeTool, results, times)
+    return found
+
+
+def tool_results(files, setup, tool_class, results, times):
+    """What a tool of OpenSim writes: the labels and rows of files by names, at these times."""
+    import opensim
+
     with TemporaryDirectory() as folder:
-        for name, text in cmc_files().items():
+        for name, text in files.items():
             (Path(folder) / name).write_text(text)
         before = os.getcwd()
         os.chdir(folder)
         try:
-            tool = opensim.CMCTool(SETUP)
-            if not tool.run():
-                raise SystemExit("OpenSim's CMC gave up")
-            states = opensim.Storage("results/blocks_states.sto")
-            errors = opensim.Storage("results/blocks_pErr.sto")
+            if not tool_class(setup).run():
+                raise SystemExit(f"OpenSim gave up with {setup}")
+            storages = {key: opensim.Storage(f"results/{file}") for key, file in results.items()}
         finally:
             os.chdir(before)
     found = {}
-    for key, storage in (("states", states), ("errors", errors)):
+    for key, storage in storages.items():
         names = storage.getColumnLabels()
-        times = np.arange(0.04, 0.5901, 0.01)
         columns = []
         for k in range(1, names.size()):
             time, values = opensim.ArrayDouble(), opensim.ArrayDouble()
@@ -545,6 +587,7 @@ def main():
     for name, content in stored_files().items():
         write_file(FOLDER / name, content)
     write_arrays(FOLDER / "cmc.npz", **cmc())
+    write_arrays(FOLDER / "static_optimizations.npz", **static_optimizations())
 
 
 if __name__ == "__main__":

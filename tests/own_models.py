@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-SETUP = "blocks_cmc.xml"
+SETUP, STATIC = "blocks_cmc.xml", "blocks_static.xml"
 FOLDER = Path(__file__).parent / "reference" / "opensim"
 BODY = """<Body name="{name}"><mass>{mass}</mass><mass_center>{center}</mass_center>
 <inertia>{inertia}</inertia>{inside}</Body>"""
@@ -294,3 +294,22 @@ def cmc_files():
             "</CMCTool>"
         ),
     }
+
+
+def static_files(**asked):
+    """The same of a static optimization, with properties of its analysis."""
+    files = cmc_files()
+    analysis = "".join(f"<{tag}>{value}</{tag}>" for tag, value in asked.items())
+    files[STATIC] = (
+        '<OpenSimDocument Version="40000"><AnalyzeTool name="blocks"><model_file>blocks.osim'
+        "</model_file><replace_force_set>false</replace_force_set><force_set_files>reserves.xml"
+        "</force_set_files><results_directory>results</results_directory><output_precision>17"
+        "</output_precision><initial_time>0.1</initial_time><final_time>0.6</final_time>"
+        '<AnalysisSet name="Analyses"><objects><StaticOptimization name="StaticOptimization">'
+        f"<on>true</on><step_interval>2</step_interval>{analysis}"
+        "<optimizer_convergence_criterion>1e-10</optimizer_convergence_criterion>"
+        "<optimizer_max_iterations>1000</optimizer_max_iterations></StaticOptimization></objects>"
+        "</AnalysisSet><coordinates_file>motion.sto</coordinates_file></AnalyzeTool>"
+        "</OpenSimDocument>"
+    )
+    return files

@@ -138,40 +138,23 @@ def build_parser() -> argparse.ArgumentParser:
         "forces, tracking errors) and figures; gains, window and span are the set-up's",
     )
     cmc.add_argument(
-        "model",
-        metavar="SETUP",
-        type=Path,
-        help="set-up file of OpenSim's CMC tool (.xml), with the files that it names",
-    )
-    cmc.add_argument(
         "--method",
         choices=TRACKING,
         default="cmc",
         help="computed muscle control (default), full, simplified or consistent co-simulation",
     )
-    for end in ("initial", "final"):
-        cmc.add_argument(
-            f"--{end}-time",
-            metavar="S",
-            type=float,
-            help=f"{end} time in place of the set-up's [s]",
-        )
-    cmc.add_argument(
-        "--out",
-        metavar="DIR",
-        type=Path,
-        help="folder for results, made if needed; default the set-up's results directory",
+    static = command(
+        "static",
+        commands.static,
+        "run a set-up file of OpenSim's static optimization",
+        f"example: {PROGRAM} static arm26_Setup_StaticOptimization.xml --out out\n"
+        "writes out/arm26_static.npz, OpenSim's .sto files and figures; tendons stretch and\n"
+        "muscles have passive forces, which OpenSim's static optimization leaves out",
     )
-    cmc.add_argument(
-        "--model",
-        metavar="FILE",
-        type=Path,
-        dest="model_file",
-        help="model (.osim) in place of the set-up's, which may lack one",
-    )
-    _angles(cmc)
-    of_output(cmc)
-    cmc.set_defaults(sto=True)
+    static.set_defaults(method="static")
+    for added in (cmc, static):
+        _of_setup(added)
+        of_output(added)
 
     compare = command(
         "compare",
@@ -287,6 +270,38 @@ def build_parser() -> argparse.ArgumentParser:
         help="figure, whose ending says its format; default curves.png",
     )
     return parser
+
+
+def _of_setup(added: argparse.ArgumentParser) -> None:
+    """What goes with a set-up file of OpenSim."""
+    added.add_argument(
+        "model",
+        metavar="SETUP",
+        type=Path,
+        help="set-up file (.xml), with the files that it names",
+    )
+    for end in ("initial", "final"):
+        added.add_argument(
+            f"--{end}-time",
+            metavar="S",
+            type=float,
+            help=f"{end} time in place of the set-up's [s]",
+        )
+    added.add_argument(
+        "--out",
+        metavar="DIR",
+        type=Path,
+        help="folder for results, made if needed; default the set-up's results directory",
+    )
+    added.add_argument(
+        "--model",
+        metavar="FILE",
+        type=Path,
+        dest="model_file",
+        help="model (.osim) in place of the set-up's, which may lack one",
+    )
+    _angles(added)
+    added.set_defaults(sto=True)
 
 
 def _angles(parser: argparse.ArgumentParser) -> None:

@@ -10,15 +10,17 @@ from pathlib import Path
 from typing import Any
 
 from .. import opensim, plot
+from ..errors import ModelError
 from ..files.disk import write_file
 from ..methods.cmc import computed_muscle_control
 from ..methods.cosimulation import cosimulate
 from ..methods.cosimulation_settings import Scheme
+from ..methods.static import static_optimization
 from ..report import report as write_report
 from ..results.trajectory import Trajectory
 from .figures import Figure, draw_figures
 from .files import draw_all, made_folder, result_file, save
-from .names import CMC_STEPS, DIFFER, KP, METHODS, PAPER, STEP
+from .names import CMC_STEPS, DIFFER, KP, METHODS, PAPER, PROGRAM, STEP
 from .report import (
     comparison_text,
     excitation_difference,
@@ -52,19 +54,42 @@ def run(arguments: argparse.Namespace) -> int:
 
 def cmc(arguments: argparse.Namespace) -> int:
     """A set-up file of OpenSim's CMC."""
-    setup = opensim.load_setup(
+    setup = _setup(arguments)
+    if not isinstance(setup, opensim.CMCSetup):
+        raise ModelError(f"{arguments.model}: a static optimization is run by {PROGRAM} static")
+    compute: Callable[..., Trajectory]
+    if arguments.method == "cmc":
+        compute = partial(computed_muscle_control, settings=setup.settings)
+    else:
+        compute = partial(cosimulate, settings=setup.cosimulation(Scheme(arguments.method)))
+    return _result_of_setup(arguments, setup, compute)
+
+
+def static(arguments: argparse.Namespace) -> int:
+    """A set-up file of OpenSim's static optimization."""
+    setup = _setup(arguments)
+    if not isinstance(setup, opensim.StaticSetup):
+        raise ModelError(f"{arguments.model}: a set-up of CMC is run by {PROGRAM} cmc")
+    compute = partial(static_optimization, settings=setup.settings)
+    return _result_of_setup(arguments, setup, compute)
+
+
+def _setup(arguments: argparse.Namespace) -> opensim.CMCSetup | opensim.StaticSetup:
+    return opensim.load_setup(
         arguments.model,
         initial_time=arguments.initial_time,
         final_time=arguments.final_time,
         model=arguments.model_file,
         in_degrees=_in_degrees(arguments),
     )
+
+
+def _result_of_setup(
+    arguments: argparse.Namespace,
+    setup: opensim.CMCSetup | opensim.StaticSetup,
+    compute: Callable[..., Trajectory],
+) -> int:
     out = arguments.out = made_folder(arguments.out or setup.results_directory)
-    compute: Callable[..., Trajectory]
-    if arguments.method == "cmc":
-        compute = partial(computed_muscle_control, settings=setup.settings)
-    else:
-        compute = partial(cosimulate, settings=setup.cosimulation(Scheme(arguments.method)))
     source = Source(setup.model, setup.motion, setup.coordinates)
     return _result(arguments, setup.name, compute, source, out)
 

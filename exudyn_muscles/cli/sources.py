@@ -93,8 +93,8 @@ def load_model(
 
 
 def load_skeleton(file: Path) -> MusculoskeletalModel:
-    """The model alone: of a Python file, an `.osim` file, or a set-up file of OpenSim's CMC
-    (`.xml`); what is raised is that of `load_model`."""
+    """The model alone: of a Python file, an `.osim` file, or a set-up file of OpenSim (`.xml`);
+    what is raised is that of `load_model`."""
     if file.suffix.lower() == ".xml":
         return load_setup(file).model
     return read_model(file)[0] if file.suffix.lower() == ".osim" else load_model(file).model

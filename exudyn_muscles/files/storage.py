@@ -6,9 +6,7 @@ units. Only who knows which coordinates are angles can convert them: `Storage.co
 
 from __future__ import annotations
 
-import math
 import re
-from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +16,7 @@ import numpy as np
 
 from ..errors import StorageError, StorageWarning, cut, warn
 from .disk import read_file, write_file
+from .table import read_table
 
 END = "endheader"
 # Generous: half an hour of 50 columns at 100 Hz, the states of a model with 2000 muscles, an hour
@@ -38,6 +37,7 @@ KEYS = {
 }
 TRUTH = {"yes": True, "y": True, "no": False, "n": False}
 ANGLES = re.compile(r"angles are in (degrees|radians)", re.IGNORECASE)
+OF_SPREADSHEETS = re.compile(r"(?<=\s)#[A-Z0-9/]+[!?]?(?=\s)")  # for what they cannot compute
 
 # Labels of OpenSim 3 and, after any joint or set that they belong to, of OpenSim 4.
 VALUE = ("{}", "/{}/value")
@@ -224,14 +224,16 @@ def read_storage(file: str | Path) -> Storage:
     Warns
     -----
     StorageWarning
-        It has more or fewer rows than it says.
+        It has more or fewer rows than it says, or cells with errors of a spreadsheet, unknown here.
     """
     content = read_file(file, LARGEST, StorageError)
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = content.decode("latin-1")
-    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    text, unknown = OF_SPREADSHEETS.subn("nan", text.replace("\r\n", "\n").replace("\r", "\n"))
+    if unknown:
+        warn(f"{file}: {unknown} cells hold no numbers but a spreadsheet's errors", StorageWarning)
     if text.count("\n") > MOST_LINES:
         raise StorageError(f"{file}: more than {MOST_LINES} lines")
     lines = text.split("\n")
@@ -239,7 +241,6 @@ def read_storage(file: str | Path) -> Storage:
     filled = [k for k in range(first, len(lines)) if lines[k].strip()]
     if len(filled) < 2:
         raise StorageError(f"{file}: there are no rows after '{END}' in line {first}")
-
     head, *rows = filled
     here = f"{file}, line {head + 1}"
     time, *labels = lines[head].split()
@@ -248,20 +249,8 @@ def read_storage(file: str | Path) -> Storage:
     if len(labels) > MOST_COLUMNS:
         raise StorageError(f"{here}: more than {MOST_COLUMNS} columns")
     stated = header.get("nRows")
-    if stated is not None and stated.number(file) != len(rows):
-        text = f"{file}, line {stated.line}: nRows={stated.value}, but there are {len(rows)} rows"
-        warn(f"{text}, which are read", StorageWarning)
-    numbers = array("d")
-    last, columns = -math.inf, [time, *labels]
-    for k in rows:
-        row = _numbers(file, k, lines[k].split(), columns)
-        if not last <= row[0] < math.inf:
-            raise StorageError(
-                f"{file}, line {k + 1}: time must increase, {row[0]} s follows {last} s"
-            )
-        last = row[0]
-        numbers.extend(row)
-    table = np.array(numbers).reshape(len(rows), len(columns))
+    announced = None if stated is None else (stated.number(file), stated.line)
+    table = read_table(str(file), lines, rows, [time, *labels], announced)
     table = table[np.append(np.diff(table[:, 0]) > 0.0, True)]
     degrees = _in_degrees(file, lines[:first], header)
     return Storage(name, tuple(labels), table[:, 0], table[:, 1:], degrees)
@@ -330,21 +319,3 @@ def _in_degrees(file: str | Path, header: list[str], entries: dict[str, Entry]) 
             return sentence[1].lower() == "degrees"
     old = "version" not in entries or entries["version"].number(file) == 0
     return old and Path(file).suffix.lower() == ".mot"
-
-
-# The table.
-
-
-def _numbers(file: str | Path, k: int, words: list[str], labels: list[str]) -> list[float]:
-    """The words of line k as numbers."""
-    if len(words) != len(labels):
-        raise StorageError(f"{file}, line {k + 1}: {len(words)} values for {len(labels)} columns")
-    row: list[float] = []
-    try:
-        row.extend(map(float, words))
-    except ValueError:
-        word, label = cut(words[len(row)]), cut(labels[len(row)])
-        raise StorageError(
-            f"{file}, line {k + 1}: '{word}' in column '{label}' is no number"
-        ) from None
-    return row

@@ -13,7 +13,9 @@ from .element import ON, Element
 from .frames import Place
 
 COMMON = ("isDisabled", *ON, "min_control", "max_control", "optimal_force")
-ACTUATORS = ("CoordinateActuator", "PointActuator", "TorqueActuator")
+# With an activation that follows the control by a time constant.
+SLOWER = "ActivationCoordinateActuator"
+ACTUATORS = ("CoordinateActuator", "PointActuator", "TorqueActuator", SLOWER)
 
 
 def read_actuator(element: Element, bodies: Bodies) -> Actuator | None:
@@ -33,12 +35,16 @@ def read_actuator(element: Element, bodies: Bodies) -> Actuator | None:
 
 
 def _reserve(element: Element, bodies: Bodies, common: dict[str, Any]) -> Reserve | None:
-    element.allow(*COMMON, "coordinate")
+    slow = ("activation_time_constant", "default_activation") if element.tag == SLOWER else ()
+    if slow:
+        tau = element.number("activation_time_constant", 0.01)
+        element.warn(f"its force follows its control at once here, in OpenSim within {tau:g} s")
+    element.allow(*COMMON, "coordinate", *slow)
     name = element.word("coordinate")
-    independent = [link.name for link in bodies.links if link.follows is None]
-    if name not in (*independent, *bodies.locked):
+    known = [coordinate.name for coordinate in bodies.coordinates]
+    if name not in known:
         raise element.get("coordinate").error(
-            f"'{name}' is no independent coordinate, those are {', '.join(independent)}"
+            f"there is no coordinate '{name}', those are {', '.join(known)}"
         )
     return None if name in bodies.locked else Reserve(name, **common)
 

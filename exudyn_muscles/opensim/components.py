@@ -12,6 +12,7 @@ PASSIVE = frozenset([
     "IMU", "Marker", "Station", "Point", "Arrow", "Brick", "Cone", "Cylinder", "Ellipsoid",
     "FrameGeometry", "Geometry", "LineGeometry", "Mesh", "Sphere", "Torus", "PathGeometry",
     "SignalGenerator", "TableReporter", "ConsoleReporter", "AccelerationIMU",
+    "StatesTrajectoryReporter",
 ])  # fmt: skip
 FRAMES = ("PhysicalOffsetFrame",)
 CONTROLS = (

@@ -101,6 +101,7 @@ def _with_defaults(document: Element) -> Element:
 
 def _parsed(file: str, data: bytes) -> Element:
     """The file's elements below one without a tag."""
+    data = _as_opensim_reads(data)
     parser = expat.ParserCreate(_encoding(data))
     parser.buffer_text = True
     root = Element(file, "", "", 0, None, told=set())
@@ -152,6 +153,16 @@ def _parsed(file: str, data: bytes) -> Element:
     except (LookupError, ValueError) as error:  # of Python's codecs
         raise ModelFileError(f"{file}: its encoding cannot be read: {error}") from None
     return root
+
+
+def _as_opensim_reads(data: bytes) -> bytes:
+    """The file without what XML forbids and OpenSim reads: comments may hold what begins another
+    one, and a lone ampersand is one."""
+    pieces, at = [], 0
+    while (begin := data.find(b"<!--", at)) >= 0 and (end := data.find(b"-->", begin + 4)) >= 0:
+        pieces += [data[at:begin], b"\n" * data.count(b"\n", begin, end)]
+        at = end + 3
+    return re.sub(rb"&(?![#\w]+;)", b"&amp;", b"".join([*pieces, data[at:]]))
 
 
 def _encoding(data: bytes) -> str | None:

@@ -69,6 +69,7 @@ def _read_force(
         element.get("applied_to_body").warn("ground does not move, and the force is left out")
         return None
     force, point, torque = (_vector(element, tag, data, data_file) for tag in IDENTIFIERS)
+    point, torque = (_known(element, each, force) for each in (point, torque))
     if force is not None and point is None:  # at the body's origin
         point, point_in = np.zeros_like(force), on
     R = force_in.pose[:3, :3]
@@ -104,3 +105,18 @@ def _vector(element: Element, tag: str, data: Storage, data_file: Path) -> np.nd
         return data.vector(identifier)
     except StorageError as error:
         raise element.get(tag).error(f"{data_file}: {error}") from None
+
+
+def _known(
+    element: Element, values: np.ndarray | None, force: np.ndarray | None
+) -> np.ndarray | None:
+    """Points or torques (k, 3), those of the rows before where there is no force and they are
+    unknown; what comes first is zero."""
+    if values is None or force is None:
+        return values
+    unknown = ~np.isfinite(values).all(axis=1) & ~force.any(axis=1)
+    if unknown.any():
+        element.warn("unknown points and torques where there is no force stay as before")
+        last = np.maximum.accumulate(np.where(unknown, -1, np.arange(len(values))))
+        values = np.where((last >= 0)[:, None], values[last], 0.0)
+    return values

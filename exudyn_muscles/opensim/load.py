@@ -115,6 +115,7 @@ def read_model(
     tracked: Collection[str] | None = None,
     only_sets: bool = False,
     excluded: Collection[str] = (),
+    inverse: bool = False,
 ) -> Content:
     """What `load_model` loads, with what it leaves out; it raises the same errors.
 
@@ -126,6 +127,8 @@ def read_model(
         The model's own forces are left out.
     excluded : collection of str
         Names of ideal actuators that are left out.
+    inverse : bool
+        Muscles are left out, and every coordinate gets an ideal actuator of 1 N m or 1 N.
     """
     model = read_document(file)
     model.allow(*READ, *HARMLESS)
@@ -147,7 +150,7 @@ def read_model(
     forces_beside = [each for each in beside if each.tag in FORCES]
     own = [] if only_sets else [*model.items("ForceSet"), *forces_beside]
     for force in named_apart([*own, *chain.from_iterable(more)]):
-        if not force.is_on:
+        if not force.is_on or (inverse and force.tag in {*CLASSES, *REFUSED_MUSCLES}):
             idle.add(force.name)
         elif force.tag in CLASSES:
             muscles.append(read_muscle(force, bodies))
@@ -166,6 +169,12 @@ def read_model(
     gravity = model.vector("gravity", default=(0.0, -9.80665, 0.0))
     forces = [] if external_loads is None else read_external_loads(external_loads, bodies)
     names = [link.name for link in bodies.links]
+    if inverse:
+        reserves += [
+            Reserve(link.name, 1.0, name=f"{link.name}_actuator")
+            for link in bodies.links
+            if link.follows is None
+        ]
     reserves += [
         Reserve(link.name, FREELY, name=f"{link.name}_held")
         for link in bodies.links

@@ -16,7 +16,7 @@ from ..shapes.tubes import merged
 from .bodies import Bodies
 from .document import read_document
 from .element import Element
-from .setup import named_model
+from .setup_files import named_model
 
 ONES = (1.0, 1.0, 1.0)
 
@@ -64,7 +64,7 @@ def load_meshes(file: str | Path, geometry: str | Path) -> dict[int, Mesh]:
     if not Path(geometry).is_dir():
         raise ParameterError(f"geometry: there is no folder {geometry}")
     if Path(file).suffix.lower() == ".xml":
-        file = named_model(read_document(file, "CMCTool"))
+        file = named_model(read_document(file, "CMCTool", "AnalyzeTool"))
     parts: dict[int, list[Mesh]] = {}
     absent = []
     bodies = Bodies(read_document(file))

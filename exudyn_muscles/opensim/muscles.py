@@ -198,7 +198,8 @@ WITHOUT_INFLUENCE = (
 # Up to this version of the format the pennation angle has another name.
 OLDER = 20301
 # Read apart from the numbers.
-FLAGS = ("ignore_activation_dynamics", "ignore_passive_fiber_force", "ignore_tendon_compliance")
+PASSIVE = "ignore_passive_fiber_force"  # some classes have it
+FLAGS = ("ignore_activation_dynamics", PASSIVE, "ignore_tendon_compliance")
 CONTROLS = ("min_control", "max_control")
 OTHER = (*ON, "isDisabled", *FLAGS, *CONTROLS)
 # Of every class, as they are called here.
@@ -228,9 +229,11 @@ def read_muscle(element: Element, bodies: Bodies) -> Muscle:
     for name, ours in kind.splines.items():
         if any(name in (child.tag, child.name) for child in element.children):
             given[ours] = _points(element.object(name))
-    if element.flag("ignore_passive_fiber_force"):
-        element.get("ignore_passive_fiber_force").refuse()
     own = {field.name for field in dataclasses.fields(kind.law)}  # type: ignore[arg-type]
+    if PASSIVE in own:
+        given[PASSIVE] = element.flag(PASSIVE)
+    elif element.find(PASSIVE) is not None:
+        element.get(PASSIVE).warn(UNKNOWN)
     activation = kind.activation
     if element.flag("ignore_activation_dynamics"):
         element.get("ignore_activation_dynamics").warn(

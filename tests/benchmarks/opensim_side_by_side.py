@@ -4,8 +4,9 @@ window and machine.
     pip install -e ".[test,opensim]"    # or, beside the package, pip install opensim
     python -m tests.benchmarks.opensim_side_by_side [--cases NAME ...] [--json FILE]
 
-from the repository's root, with OpenSim's CMC cases in `../shared/opensim/cmc`. Prints a table for
-each case and asserts nothing.
+from the repository's root, with OpenSim's CMC cases in `../shared/opensim/cmc`; that of
+gait10dof18musc in a clone of opensim-core, which `--core FOLDER` names. Prints a table for each
+case and asserts nothing.
 
 - CPU seconds are those of the run, without imports and loading the model. OpenSim runs once, in a
   new process; our methods once more after a first run, which compiles their kernels.
@@ -40,6 +41,7 @@ from ..opensim import REFERENCE
 from .opensim_cmc import REPORT, RESULTS
 
 FILES = REFERENCE.parent / "cmc"
+CORE = "Applications/CMC/tests/resources"  # of opensim-core
 OPENSIM_SIDE = Path(__file__).with_name("opensim_cmc.py")
 
 
@@ -60,6 +62,8 @@ CASES = {
     "arm26": Case("arm26", "arm26_Setup_CMC.xml", (0.0, 1.0)),  # of std_arm26_states.sto
     "arm26_short": Case("arm26", "arm26_Setup_CMC.xml", (0.4, 0.65)),  # of its set-up file
     "leg6dof9musc_stance": Case("leg6dof9musc_stance", "leg69_Setup_CMC_Stance.xml", (0.8, 1.0)),
+    "gait10dof18musc": Case(CORE, "gait10dof18musc_Setup_CMC.xml", (0.6, 0.9)),
+    "gait2354": Case("gait2354", "subject01_Setup_CMC.xml", (0.8, 1.2)),  # OpenSim takes minutes
 }  # fmt: skip
 
 
@@ -119,7 +123,8 @@ def run_ours(method, setup):
     """One of our methods, after a first run that compiles."""
     method(setup)
     result = method(setup)
-    replayed = em.forward_dynamics(setup.model, result.excitations)
+    steps = em.ForwardSettings(step=setup.settings.step)
+    replayed = em.forward_dynamics(setup.model, result.excitations, settings=steps)
     return Run(
         result.cpu_time,
         (float(result.time[0]), float(result.time[-1])),
@@ -154,9 +159,9 @@ def csf(setup):
     return em.cosimulate(setup.model, setup.motion, settings=settings)
 
 
-def compare(case, folder):
+def compare(case, source, folder):
     """All runs of a case, on a copy of its files: OpenSim writes where they are."""
-    shutil.copytree(FILES / case.folder, folder)
+    shutil.copytree(source, folder)
     runs = {"OpenSim CMC": run_opensim(case, folder)}
     start, end = case.span
     setup = em.opensim.load_setup(folder / case.setup, initial_time=start, final_time=end)
@@ -166,7 +171,7 @@ def compare(case, folder):
 
 def table(runs):
     """Rows of text, a method each."""
-    names = list(runs["OpenSim CMC"].tracking_rms)
+    names = [name for name in runs["CSF"].tracking_rms if name in runs["OpenSim CMC"].tracking_rms]
     head = ["", "CPU s", "simulated s", "CPU s per s", "OpenSim / this", "replay error"]
     rows = [head + [f"RMS {name}" for name in names]]
     slowest = runs["OpenSim CMC"].cpu_time
@@ -197,11 +202,19 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cases", nargs="+", choices=CASES, default=list(CASES), metavar="NAME",
                         help=f"of {', '.join(CASES)}; default all")  # fmt: skip
+    parser.add_argument("--core", type=Path, metavar="FOLDER", help="clone of opensim-core")
     parser.add_argument("--json", type=Path, metavar="FILE", help="store the numbers")
     arguments = parser.parse_args()
+    if arguments.core is None and arguments.cases == list(CASES):
+        arguments.cases.remove("gait10dof18musc")
+    sources = {
+        name: (arguments.core or Path() if CASES[name].folder == CORE else FILES)
+        / CASES[name].folder
+        for name in arguments.cases
+    }
     if importlib.util.find_spec("opensim") is None:
         parser.exit(2, "OpenSim's Python package is not installed: pip install opensim\n")
-    for folder in (FILES / CASES[name].folder for name in arguments.cases):
+    for folder in sources.values():
         if not folder.is_dir():
             parser.exit(2, f"OpenSim's CMC cases are not beside this repository: no {folder}\n")
     if arguments.json is not None and not arguments.json.parent.is_dir():
@@ -210,7 +223,7 @@ def main():
     for name in arguments.cases:
         case = CASES[name]
         with tempfile.TemporaryDirectory() as folder:
-            found[name] = compare(case, Path(folder, name))
+            found[name] = compare(case, sources[name], Path(folder, name))
         print(f"{name}, {case.span[0]:g} to {case.span[1]:g} s", *table(found[name]), "", sep="\n")
     if arguments.json is not None:
         content = {

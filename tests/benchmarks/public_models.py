@@ -1,4 +1,5 @@
-"""What of published files can be loaded: every model and CMC set-up of OpenSim in some folders.
+"""What of published files can be loaded: every model and set-up of OpenSim's CMC and static
+optimization in some folders.
 
     git clone https://github.com/opensim-org/opensim-models
     git clone https://github.com/opensim-org/opensim-core
@@ -92,7 +93,11 @@ def main():
         if not folder.is_dir():
             parser.error(f"no folder {folder}")
     everything = []
-    for kind, pattern, marks in (("model", "*.osim", b""), ("set-up", "*.xml", b"<CMCTool")):
+    for kind, pattern, marks in (
+        ("model", "*.osim", b""),
+        ("CMC set-up", "*.xml", b"<CMCTool"),
+        ("static optimization set-up", "*.xml", b"<StaticOptimization"),
+    ):
         found = [load(kind, file) for file in distinct(arguments.folders, pattern, marks)]
         loaded = [each for each in found if not each.refused]
         print(f"{kind}s: {len(loaded)} of {len(found)} load")

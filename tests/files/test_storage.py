@@ -180,6 +180,23 @@ def test_other_rows_than_announced(said, read):
         assert read(text).values[:, 0].tolist() == [1.0, 2.0]
 
 
+def test_what_is_written_below_the_announced_rows(read):
+    """A note of who has published the file."""
+    text = "nRows=2\nendheader\ntime a b\n0 1 2\n1 2 3\n\t\n\tlargest\t3\n"
+    with pytest.warns(em.StorageWarning, match="are 3 rows, of which the first 2 are read"):
+        assert read(text).values.tolist() == [[1.0, 2.0], [2.0, 3.0]]
+    with pytest.raises(em.StorageError, match="line 6: 2 values for 3 columns"):
+        read(text.replace("nRows=2", "nRows=3").replace("\t\n", ""))
+
+
+def test_what_a_spreadsheet_could_not_compute_is_unknown(read):
+    with pytest.warns(em.StorageWarning, match="3 cells hold no numbers but a spreadsheet's"):
+        found = read("endheader\ntime a b\n0 #NAME? 2\n1 #N/A #DIV/0!\n").values
+    np.testing.assert_array_equal(found, [[np.nan, 2.0], [np.nan, np.nan]])
+    with pytest.raises(em.StorageError, match="'#x' in column 'a' is no number"):
+        read("endheader\ntime a\n0 #x\n")
+
+
 def test_a_file_that_is_not_there(tmp_path):
     with pytest.raises(FileNotFoundError):
         em.read_storage(tmp_path / "none.sto")

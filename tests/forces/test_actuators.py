@@ -109,6 +109,24 @@ def test_torque_actuator_is_exudyns_load_and_its_opposite(seed, against, torque_
     np.testing.assert_allclose(columns[:, 1] * SIZE, without - loaded, atol=1e-10)
 
 
+def test_a_reserve_on_a_dependent_coordinate():
+    """A force along the sliding of a leg's knee is one on the knee, and virtual work."""
+    built = leg.build()
+    name = next(each.coordinate for each in leg.dependent_coordinates())
+    model = em.MusculoskeletalModel(
+        built.mbs, built.skeleton.object, built.muscles, coordinates=leg.NAMES,
+        dependent_coordinates=leg.dependent_coordinates(), reserves=[em.Reserve(name, 1.0)],
+    )  # fmt: skip
+    k = model.skeleton.tree_coordinates.index(name)
+    q, d = np.array([0.3, -0.8]), 1e-5
+    column = model.geometry(q, np.zeros(2)).columns[:, 0]
+    for j in range(2):
+        step = d * np.eye(2)[j]
+        moved = [model.state_of_tree(x)[0][k] for x in (q + step, q - step)]
+        assert column[j] == pytest.approx((moved[0] - moved[1]) / (2 * d), abs=1e-9)
+    assert np.abs(column).max() > 1e-4
+
+
 def test_dependent_coordinates_hand_the_force_on():
     """A force on the foot of a leg whose knee slides is one on hip and knee."""
     found = []

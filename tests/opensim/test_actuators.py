@@ -176,7 +176,7 @@ def test_actuators_on_what_cannot_move_are_left_out(load):
         ("TorqueActuator", {"bodyA": "body", "bodyB": "ground", "torque_is_global": "maybe"},
          "torque_is_global: expected true or false, got 'maybe'"),
         ("CoordinateActuator", {"coordinate": "knee"},
-         "coordinate: 'knee' is no independent coordinate, those are a, b, c"),
+         "coordinate: there is no coordinate 'knee', those are a, b, c"),
         ("CoordinateActuator", {"coordinate": "a", "optimal_force": "0"},
          "optimal_force = 0.0 is outside"),
         ("CoordinateActuator", {"coordinate": "a", "optimal_force": "strong"},
@@ -232,3 +232,11 @@ def test_actuators_of_files_without_a_version(load, tmp_path):
     assert found[0][0] == found[1][0]
     np.testing.assert_array_equal(found[0][1], found[1][1])
     assert [each.name for each in found[0][0]] == ["F", "M", "plain"]
+
+
+def test_an_actuator_with_an_activation_is_one_without(load):
+    """It is said what is left out."""
+    slow = {"coordinate": "a", "optimal_force": 7, "activation_time_constant": 0.035}
+    with pytest.warns(em.ModelFileWarning, match="at once here, in OpenSim within 0.035 s"):
+        model = load(actuator("ActivationCoordinateActuator", "slow", **slow), muscle()).model
+    assert model.reserves == (em.Reserve("a", 7.0, name="slow"),)

@@ -309,3 +309,27 @@ def test_a_measured_step_hardly_needs_residuals(legs):
         assert result.tracking_error_rms().max() < 1.5e-4
         peaks.append(np.abs(result.reserves).max(axis=0))
     assert peaks[0][1] > 700.0 and peaks[1][1] < 25.0 and peaks[1][[0, 2]].max() < 12.0
+
+
+def test_points_that_are_unknown_where_there_is_no_force(write, tmp_path):
+    """They stay as they were before, and before the first force they are zero; torques, too."""
+    values = VALUES.copy()
+    values[[0, 3, 4], :3] = 0.0
+    values[[0, 3], 6:] = np.nan
+    known = values.copy()
+    known[0, 6:], known[3, 6:] = 0.0, values[2, 6:]
+    found = []
+    for table in (known, values):
+        files = write()
+        em.Storage("plate", LABELS, TIMES, table).write(tmp_path / "data" / "plate.mot")
+        if table is values:
+            with pytest.warns(em.ModelFileWarning, match="where there is no force stay as before"):
+                found.append(Q(files, 0.4, 0.55))
+        else:
+            found.append(Q(files, 0.4, 0.55))
+    np.testing.assert_array_equal(*found)
+    values[1, 6:] = np.nan
+    em.Storage("plate", LABELS, TIMES, values).write(tmp_path / "data" / "plate.mot")
+    unknown = pytest.raises(em.ModelFileError, match="point must be finite, row 1 is")
+    with pytest.warns(em.ModelFileWarning), unknown:
+        em.opensim.load_model(files[0], external_loads=files[1])

@@ -567,6 +567,20 @@ def test_properties_of_the_three_classes(write):
     assert found.law == em.DeGrooteFregly2016(fiber_damping=0.02)
 
 
+def test_a_passive_fiber_that_is_ignored(write):
+    ignored = "<ignore_passive_fiber_force>true</ignore_passive_fiber_force>"
+    forces = muscle("DeGrooteFregly2016Muscle", inside=ignored)
+    (found,) = em.opensim.load_model(write(forces=forces)).muscles
+    assert found.law == em.DeGrooteFregly2016(ignore_passive_fiber_force=True)
+    curves, usual = found.law.curves(), em.DeGrooteFregly2016().curves()
+    at = np.linspace(0.3, 1.8, 16)
+    assert not curves.passive_force_length(at).any()
+    np.testing.assert_array_equal(curves.active_force_length(at), usual.active_force_length(at))
+    with pytest.warns(em.ModelFileWarning, match="OpenSim does not know this"):
+        (found,) = em.opensim.load_model(write(forces=muscle(inside=ignored))).muscles
+    assert found.law == em.Thelen2003()
+
+
 def test_limits_of_excitations_are_the_muscles(write):
     """Beyond 0 and 1 they mean these; elements of older classes mean nothing."""
     old = (
@@ -828,6 +842,25 @@ def test_what_cannot_be_represented_is_refused_with_its_place(changes, text, wri
     with pytest.raises(em.ModelFileError, match=re.escape(text)) as caught:
         em.opensim.load_model(write(**changes))
     assert "model.osim, line" in str(caught.value)
+
+
+def test_what_xml_forbids_and_opensim_reads(write):
+    """Lines are counted as they are."""
+    odd = (
+        "<credits>Lenhart & Thelen &amp; others</credits>\n<!--\n<!-- of both --><publications/>\n"
+    )
+    file = write(rest=odd)
+    assert em.opensim.load_model(file).coordinates == ("angle",)
+    broken = file.read_text().replace(
+        "<publications/>\n", "<publications/>\n<gravity>0 x 0</gravity>"
+    )
+    file.write_text(broken)
+    line = broken[: broken.index("<gravity>0 x")].count("\n") + 1
+    with pytest.raises(em.ModelFileError, match=f"line {line}: .*gravity: expected numbers"):
+        em.opensim.load_model(file)
+    file.write_text(file.read_text().replace("--><publications/>", ""))  # a comment without an end
+    with pytest.raises(em.ModelFileError, match="not well-formed XML"):
+        em.opensim.load_model(file)
 
 
 ENTITIES = '<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>'

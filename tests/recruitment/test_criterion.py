@@ -71,6 +71,42 @@ def test_another_cost_is_certified_by_its_own_gradient(solver):
     np.testing.assert_allclose(found.force, [600.0, 400.0], rtol=1e-7)
 
 
+@pytest.mark.parametrize("power", [2.0, 2.5, 3.0, 5.0])
+@pytest.mark.parametrize("solver", em.Solver)
+def test_powers(power, solver):
+    """Of two muscles with one arm: x_i of N_i, of which N_i x_i^(p-1) are as 1 to 1."""
+    solve = Recruiter(solver, criterion=em.PoweredForces(power)).solve
+    r, N = np.array([[0.05], [0.05]]), np.array([1000.0, 300.0])
+    found = solve(r, np.array([30.0]), np.zeros(2), N, N)
+    share = (N[1] / N[0]) ** (1.0 / (power - 1.0))
+    x = 600.0 / (N[0] + N[1] * share)
+    np.testing.assert_allclose(found.force, N * [x, x * share], rtol=1e-6)
+    assert found.met and found.residual < 1e-7
+
+
+def test_powers_of_many_muscles():
+    """Certified, within bounds, and no dearer than any other forces with the same torque."""
+    rng = np.random.default_rng(7)
+    for _ in range(30):
+        m, n = rng.integers(2, 30), rng.integers(1, 5)
+        r, high = 0.05 * rng.normal(size=(m, n)), rng.uniform(100.0, 2000.0, m)
+        low, N = 0.02 * high, high * rng.uniform(0.5, 1.5, m)
+        given = low + (high - low) * rng.uniform(0.0, 0.8, m)
+        for power in (2.5, 3.0, 5.0):
+            solve = Recruiter(criterion=em.PoweredForces(power)).solve
+            found = solve(r, r.T @ given, low, high, N)
+            assert found.met and found.residual < 1e-10
+            assert ((found.force / N) ** power).sum() <= ((given / N) ** power).sum()
+
+
+def test_powers_out_of_reach_and_out_of_range():
+    solve = Recruiter(criterion=em.PoweredForces(3.0)).solve
+    r, high = np.array([[0.05], [0.05]]), np.array([1000.0, 1000.0])
+    np.testing.assert_allclose(solve(r, np.array([110.0]), np.zeros(2), high, high).unmet, 10.0)
+    with pytest.raises(em.ParameterError, match=r"exponent = 6 is outside \[2, 5\]"):
+        em.PoweredForces(6)
+
+
 def test_something_else_is_an_error():
     with pytest.raises(em.ParameterError, match="criterion = 3 has no function problem"):
         em.StaticSettings(criterion=3)

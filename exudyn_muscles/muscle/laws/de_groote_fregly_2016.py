@@ -89,11 +89,14 @@ class DeGrooteFregly2016(MuscleLaw):
         Fibre strain at which the passive force is F0.
     fiber_damping : float
         OpenSim ignores it in units with an elastic tendon in its explicit form.
+    ignore_passive_fiber_force : bool
+        The passive fibre pulls with nothing.
     """
 
     active_force_width_scale: float = 1.0
     passive_fiber_strain_at_one_norm_force: float = STRAIN
     fiber_damping: float = 0.0
+    ignore_passive_fiber_force: bool = False
 
     # Not fields: every unit of this law has them.
     tendon_strain_at_one_norm_force = 0.049
@@ -111,6 +114,7 @@ class DeGrooteFregly2016(MuscleLaw):
         strain = self.passive_fiber_strain_at_one_norm_force
         offset = math.exp(K_PE * (ZERO_LENGTH - 1.0) / strain)
         longest = min(LONGEST, 1.0 + strain * (math.log(STRONGEST) / K_PE + 1.0))
+        full = math.inf if self.ignore_passive_fiber_force else math.exp(K_PE) - offset
         growth = math.log((1.0 + OPENSIM_C_3) / C_1)  # k_T times the strain at one F0
         return HillCurves(
             Curve(
@@ -120,7 +124,7 @@ class DeGrooteFregly2016(MuscleLaw):
             ),
             *force_velocity_curves(OPENSIM_FORCE_VELOCITY),
             Curve(
-                lambda x: (np.exp(K_PE * (x - 1.0) / strain) - offset) / (math.exp(K_PE) - offset),
+                lambda x: (np.exp(K_PE * (x - 1.0) / strain) - offset) / full,
                 (0.0, longest),
             ),
             Curve(lambda s: C_1 * np.exp(growth * s) - OPENSIM_C_3, TENDON),
