@@ -13,6 +13,7 @@ from .forces.actuators import Actuator, actuator_names, actuator_table
 from .muscle.dynamics import tendon_forces
 from .muscle.parameters import Muscle, MuscleSet
 from .path.paths import collect_paths
+from .skeleton.closures import Loops
 from .skeleton.coupling import DependentCoordinate
 from .skeleton.geometry import Geometry
 from .skeleton.skeleton import Skeleton
@@ -46,6 +47,8 @@ class MusculoskeletalModel:
         there exactly; the `mbs` needs no constraint for it, and its own runs know of none.
     reserves : sequence of Reserve, PointActuator or TorqueActuator, optional
         Ideal actuators: reserves on coordinates, residual forces and torques on links.
+    loops : Loops, optional
+        Closed loops of the tree, whose dependent coordinates are held in the same way.
 
     Attributes
     ----------
@@ -85,6 +88,7 @@ class MusculoskeletalModel:
         coordinates: Sequence[str] | None = None,
         dependent_coordinates: Sequence[DependentCoordinate] = (),
         reserves: Sequence[Actuator] = (),
+        loops: Loops | None = None,
         followers: Sequence[DependentCoordinate] | None = None,
     ) -> None:
         if not isinstance(mbs, exu.MainSystem):
@@ -95,6 +99,8 @@ class MusculoskeletalModel:
             warn("followers= is now dependent_coordinates=", DeprecationWarning)
             dependent_coordinates = followers
         dependent = _listed("dependent_coordinates", dependent_coordinates, DependentCoordinate)
+        if loops is not None and not isinstance(loops, Loops):
+            raise ParameterError(f"loops must be Loops, got {loops!r}")
         self.skeleton: Skeleton | GeneralSkeleton
         if isinstance(tree, Mapping):
             if coordinates is not None:
@@ -110,9 +116,14 @@ class MusculoskeletalModel:
                     "coordinates of nodes, or a CoordinateVectorConstraint with its equation and "
                     "Jacobian as user functions, as docs/skeletons.md shows; track what is followed"
                 )
+            if loops is not None:
+                raise ParameterError(
+                    "loops= are those of a kinematic tree; of any other system they are joints "
+                    "or constraints of the mbs"
+                )
             self.skeleton = GeneralSkeleton(mbs, tree)
         else:
-            self.skeleton = Skeleton(mbs, tree, coordinates, dependent)
+            self.skeleton = Skeleton(mbs, tree, coordinates, dependent, loops)
         skeleton = self.skeleton
         self.muscles = MuscleSet(muscles)
         self.paths = collect_paths(

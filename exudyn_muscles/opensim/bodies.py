@@ -3,7 +3,7 @@
 A joint becomes as many links as it has axes that move, all but the last without mass. A body is
 fixed to the last of them, or to its parent's link if the joint is a weld. Links whose axes are
 functions of a coordinate follow the link that has this coordinate itself: one of the joint's axes,
-or else a hinge apart that carries nothing.
+or else a slider apart that carries nothing.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..skeleton.tree import PRISMATIC
 from .components import FRAMES, refuse_active
 from .couplers import Coupler, read_couplers
 from .element import Element
-from .frames import ZERO, Place, Z, aligned, moved, pose
+from .frames import ZERO, Place, aligned, moved, pose
 from .functions import Line, as_curve
 from .joints import Axis, Coordinate, joint_path, read_axes
 
@@ -161,6 +161,10 @@ class Bodies:
         """Where the frame is that an element of the component `owner` names."""
         return self._place(self._path(element, owner))
 
+    def body_of(self, element: Element, owner: str) -> Place:
+        """Where the body of the frame is that an element of the component `owner` names."""
+        return self.places[self._on_body(self._path(element, owner))[0]]
+
     def _place(self, path: str) -> Place:
         body, offset = self._on_body(path)
         link, H = self.places[body]
@@ -262,7 +266,7 @@ class Bodies:
     def _move(self, link: int, H: np.ndarray, axes: list[Axis]) -> Place:
         """The frame behind a joint whose axes begin at the frame `H` of a link; adds its links."""
         leading: dict[str, Axis] = {}
-        for axis in sorted(axes, key=lambda axis: not axis.rotates):  # an angle if it can be one
+        for axis in sorted(axes, key=lambda axis: axis.rotates):  # no angle if it also moves
             if axis.coordinate is not None and axis.is_own:
                 leading.setdefault(axis.coordinate.name, axis)
         apart: dict[str, Coordinate] = {}
@@ -270,7 +274,7 @@ class Bodies:
             coordinate = axis.coordinate
             if coordinate is not None and axis.fixed is None and coordinate.name not in leading:
                 apart[coordinate.name] = coordinate
-        self.links += [_hinge(coordinate) for coordinate in apart.values()]
+        self.links += [_slider(coordinate) for coordinate in apart.values()]
         for axis in axes:
             if axis.fixed is not None or axis.coordinate is None:
                 H = H @ moved(axis, axis.fixed or 0.0)
@@ -336,10 +340,8 @@ def _body_path(name: str) -> str:
     return GROUND_PATH if name == "ground" else f"/bodyset/{name}"
 
 
-def _hinge(coordinate: Coordinate) -> Link:
-    """A link for a coordinate that is no axis's own value.
-
-    Its mass is a point on its axis, which adds nothing to the equations of motion.
-    """
-    point = Inertia(1.0, np.zeros(3), np.zeros((3, 3)))
-    return Link(Z, GROUND, np.eye(4), coordinate.name, coordinate, None, point)
+def _slider(coordinate: Coordinate) -> Link:
+    """A link without mass for a coordinate that is no axis's own value: OpenSim calls it coupled,
+    and never has it in degrees."""
+    nothing = Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
+    return Link(PRISMATIC, GROUND, np.eye(4), coordinate.name, coordinate, None, nothing)

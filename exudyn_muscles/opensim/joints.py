@@ -22,7 +22,8 @@ class Axis(NamedTuple):
     """One axis of a joint.
 
     `rotates` about or moves along `direction` (3,), of length one, by the `function` of
-    `coordinate`, which is None for constants. `element` is its place in the file.
+    `coordinate`, which is None for constants. `element` is its place in the file. `pure`: OpenSim
+    takes it for what its coordinate is, which a `LinearFunction` of slope 1 or -1 says.
     """
 
     rotates: bool
@@ -30,6 +31,7 @@ class Axis(NamedTuple):
     coordinate: Coordinate | None
     function: Line | Curve
     element: Element
+    pure: bool = True
 
     @property
     def fixed(self) -> float | None:
@@ -53,8 +55,7 @@ class Axis(NamedTuple):
     @property
     def is_own(self) -> bool:
         """Whether it moves by its coordinate itself, to either side."""
-        moves = isinstance(self.function, Line) and abs(self.function.slope) == 1.0
-        return moves and self.fixed is None
+        return self.pure and self.fixed is None
 
 
 # Of every class: whether an axis rotates, its direction, and the number of its coordinate.
@@ -98,9 +99,13 @@ def read_axes(joint: Element) -> tuple[list[Coordinate], list[Axis]]:
         axes = [
             Axis(rotates, direction, coordinates[k], line, joint) for rotates, direction, k in table
         ]
-    turned = [axis.coordinate.name for axis in axes if axis.coordinate and axis.rotates]
+    pure = [axis for axis in axes if axis.coordinate and axis.pure]
+    turned, moved = (
+        {axis.coordinate.name for axis in pure if axis.coordinate and axis.rotates == rotates}
+        for rotates in (True, False)
+    )
     path = joint_path(joint)
-    known = [replace(each, rotates=each.name in turned, joint=path) for each in coordinates]
+    known = [replace(each, rotates=each.name in turned - moved, joint=path) for each in coordinates]
     return known, axes
 
 
@@ -125,6 +130,7 @@ def _coordinate(element: Element) -> Coordinate:
         element.flag("clamped"),
         element.flag("locked"),
         prescribed=_prescribed(element),
+        follows_constraints=element.flag("is_free_to_satisfy_constraints"),
     )
 
 
@@ -180,4 +186,6 @@ def _custom_axis(element: Element, coordinates: list[Coordinate]) -> Axis:
     if not names and not (isinstance(given, Line) and given.slope == 0.0):
         raise element.error("a function without a coordinate")
     rotates = element.name.startswith("rotation")
-    return Axis(rotates, direction / length, found[0] if found else None, given, element)
+    linear = function is None or function.tag == "LinearFunction"
+    pure = linear and isinstance(given, Line) and abs(given.slope) == 1.0
+    return Axis(rotates, direction / length, found[0] if found else None, given, element, pure)
