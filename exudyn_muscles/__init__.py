@@ -78,6 +78,7 @@ from .results.excitations import Excitations
 from .results.trajectory import Trajectory
 from .simulation.continuing import RunPoint
 from .simulation.sensors import muscle_sensor
+from .skeleton.closures import Closure, ClosureKind, Loops
 from .skeleton.coupling import DependentCoordinate, Follower, linear_function
 from .skeleton.external_forces import add_external_force
 from .skeleton.system.coordinates import (
@@ -94,6 +95,8 @@ __all__ = [
     "ActivationDynamics",
     "CMCPlugin",
     "CMCSettings",
+    "Closure",
+    "ClosureKind",
     "ConditionalPathPoint",
     "ControlLimits",
     "CosimulationPlugin",
@@ -123,6 +126,7 @@ __all__ = [
     "IncompleteRunWarning",
     "Integrator",
     "JointCoordinate",
+    "Loops",
     "LowPass",
     "MaximumIsometricForce",
     "Millard2012",

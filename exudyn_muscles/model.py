@@ -56,6 +56,7 @@ class MusculoskeletalModel:
     muscles : MuscleSet
     paths : Paths
     dependent_coordinates : tuple of DependentCoordinate
+    loops : Loops or None
     reserves : tuple of Reserve, PointActuator or TorqueActuator
     columns : callable
         q (N,) -> S (N, r): what a unit of each ideal actuator is on every coordinate of the tree;
@@ -134,12 +135,11 @@ class MusculoskeletalModel:
             skeleton.tree_coordinates,
         )
         self.dependent_coordinates = tuple(dependent)
+        self.loops = loops
         self.reserves = tuple(reserves)
         for name in set(actuator_names(reserves)) & set(self.muscles.names):
             raise ParameterError(f"reserves: '{name}' is the name of a muscle")
-        actuators = actuator_table(
-            self.reserves, skeleton.tree_coordinates, self.coordinates, skeleton.frame_number
-        )
+        actuators = actuator_table(self.reserves, skeleton.tree_coordinates, skeleton.frame_number)
         mounted = skeleton.mount(self.paths, self.muscles.names, actuators)
         self.geometry, self.columns, self.loads = mounted
         for i, name in enumerate(self.muscles.names):

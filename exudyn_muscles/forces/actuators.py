@@ -176,7 +176,6 @@ def actuator_names(actuators: Sequence[Actuator]) -> tuple[str, ...]:
 def actuator_table(
     actuators: Sequence[Actuator],
     names: Sequence[str],
-    coordinates: Sequence[str],
     number: LinkNumbers,
 ) -> np.ndarray:
     """The actuators as `columns` takes them, a row each.
@@ -186,8 +185,6 @@ def actuator_table(
     actuators : sequence of Actuator
     names : sequence of str
         Of all coordinates of the tree.
-    coordinates : sequence of str
-        Of the independent ones, which alone have reserves.
     number : callable
         As `links` of `collect_paths`.
 
@@ -196,7 +193,7 @@ def actuator_table(
     ParameterError
         An actuator acts on a coordinate or link that does not exist.
     """
-    rows = [_row(actuator, names, coordinates, number) for actuator in actuators]
+    rows = [_row(actuator, names, number) for actuator in actuators]
     return np.array(rows).reshape(-1, COLUMNS)
 
 
@@ -229,16 +226,14 @@ def actuator_pulls(R, p, table):
     return pulls
 
 
-def _row(
-    actuator: Actuator, names: Sequence[str], coordinates: Sequence[str], number: LinkNumbers
-) -> np.ndarray:
+def _row(actuator: Actuator, names: Sequence[str], number: LinkNumbers) -> np.ndarray:
     """An actuator's row of the table."""
     row = np.zeros(COLUMNS)
     row[AGAINST] = row[POINT_FRAME] = row[FRAME] = GROUND
     if isinstance(actuator, Reserve):
-        if actuator.coordinate not in coordinates:
+        if actuator.coordinate not in names:
             raise ParameterError(
-                f"reserve on '{actuator.coordinate}': the coordinates are {list(coordinates)}"
+                f"reserve on '{actuator.coordinate}': the coordinates are {list(names)}"
             )
         row[KIND], row[ON] = COORDINATE, list(names).index(actuator.coordinate)
         return row

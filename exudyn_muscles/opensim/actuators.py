@@ -35,10 +35,10 @@ def read_actuator(element: Element, bodies: Bodies) -> Actuator | None:
 def _reserve(element: Element, bodies: Bodies, common: dict[str, Any]) -> Reserve | None:
     element.allow(*COMMON, "coordinate")
     name = element.word("coordinate")
-    independent = [link.name for link in bodies.links if link.follows is None]
-    if name not in (*independent, *bodies.locked):
+    known = [coordinate.name for coordinate in bodies.coordinates]
+    if name not in known:
         raise element.get("coordinate").error(
-            f"'{name}' is no independent coordinate, those are {', '.join(independent)}"
+            f"there is no coordinate '{name}', those are {', '.join(known)}"
         )
     return None if name in bodies.locked else Reserve(name, **common)
 

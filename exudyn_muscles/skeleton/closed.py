@@ -31,9 +31,9 @@ from .tree import Tree
 # Singular values of G over the largest one, below which closures are redundant: loops of files
 # close to six digits, and what locks an axis that is locked already then has 1e-6.
 REDUNDANT = 1e-5
-# Of a coordinate's column, how much must be new for the coordinate to be determined; the first
-# share that finds enough of them is taken.
-NEW = (0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4)
+# Of what the closures know of the coordinate that they know best, how much they have to know of one
+# that they hold: less, and it would soon be at a dead point.
+KNOWN = 0.3
 FARTHEST = 0.25  # rad or m, of one step towards a pose
 ON_THE_WAY, MOST_ITERATIONS = 2, 60
 ROUNDING, NEARLY = 1e-14, 1e-9  # rad or m, of steps that go no further, and that may not
@@ -255,21 +255,15 @@ def _between(rows: np.ndarray, parents: np.ndarray) -> np.ndarray:
 
 
 def _determined(G: np.ndarray, order: Sequence[int]) -> list[int]:
-    """The columns of G that make up its rank, taken in this order unless they are too near to
-    what is taken already."""
+    """Columns of G that make up its rank: one after the other the first one in this order of which
+    enough is left beside those that are taken."""
     values = np.linalg.svd(G, compute_uv=False)
-    rank = int((values > REDUNDANT * values[0]).sum())
-    taken: list[int] = []
-    left = G.copy()  # without what is taken
-    for new in NEW:
-        for j in order:
-            length = np.linalg.norm(left[:, j])
-            if (
-                len(taken) < rank
-                and j not in taken
-                and length > max(new * np.linalg.norm(G[:, j]), REDUNDANT * values[0])
-            ):
-                direction = left[:, j] / length
-                left -= np.outer(direction, direction @ left)
-                taken.append(j)
+    left, taken = G.copy(), []
+    for _ in range(int((values > REDUNDANT * values[0]).sum())):
+        lengths = np.linalg.norm(left, axis=0)
+        j = next(j for j in order if lengths[j] >= KNOWN * lengths.max())
+        direction = left[:, j] / lengths[j]
+        left -= np.outer(direction, direction @ left)
+        left[:, j] = 0.0
+        taken.append(j)
     return taken

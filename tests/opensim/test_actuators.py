@@ -176,7 +176,7 @@ def test_actuators_on_what_cannot_move_are_left_out(load):
         ("TorqueActuator", {"bodyA": "body", "bodyB": "ground", "torque_is_global": "maybe"},
          "torque_is_global: expected true or false, got 'maybe'"),
         ("CoordinateActuator", {"coordinate": "knee"},
-         "coordinate: 'knee' is no independent coordinate, those are a, b, c"),
+         "coordinate: there is no coordinate 'knee', those are a, b, c"),
         ("CoordinateActuator", {"coordinate": "a", "optimal_force": "0"},
          "optimal_force = 0.0 is outside"),
         ("CoordinateActuator", {"coordinate": "a", "optimal_force": "strong"},
