@@ -60,7 +60,7 @@ from .numerics.curves import Curve
 from .numerics.splines import simm_spline
 from .path.functions import FunctionPath
 from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
-from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere
+from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapTorus
 from .recruitment.criterion import Criterion, SquaredForces
 from .recruitment.limits import ControlLimits
 from .recruitment.normalizers import (
@@ -187,6 +187,7 @@ __all__ = [
     "WrapCylinder",
     "WrapEllipsoid",
     "WrapSphere",
+    "WrapTorus",
     "WrappingError",
     "add_external_force",
     "computed_muscle_control",

@@ -16,7 +16,7 @@ import numpy as np
 
 from exudyn_muscles.files.disk import write_arrays, write_file
 
-from .opensim import joint_models, loop_models, passive_models
+from .opensim import joint_models, loop_models, passive_models, torus_model
 from .own_models import FOLDER, MODEL, OWN, SETUP, body, cmc_files, coordinate, joint, muscle
 
 STATES = 12
@@ -512,6 +512,23 @@ def loops():
     return found
 
 
+def torus():
+    """Lengths (STATES,) of the muscle through a ring by its sides, and q (STATES, n)."""
+    ranges = np.transpose(list(torus_model.RANGES.values()))
+    q = np.random.default_rng(SEED).uniform(*ranges, (STATES, len(torus_model.RANGES)))
+    found = {"q": q}
+    for side in torus_model.SIDES:
+        model, lengths = load(torus_model.model(side)), []
+        state = model.initSystem()
+        for row in q.tolist():
+            for name, value in zip(torus_model.RANGES, row, strict=True):
+                model.getCoordinateSet().get(name).setValue(state, value, False)
+            model.realizePosition(state)
+            lengths.append(muscles_of(model)[0].getLength(state))
+        found[side] = np.array(lengths)
+    return found
+
+
 def noisy():
     """Times (121,) and samples (121, 2) of a recorded motion."""
     t = np.arange(121) / 100.0
@@ -619,6 +636,7 @@ def main():
     write_arrays(FOLDER / "passive.npz", **passive())
     write_arrays(FOLDER / "joints.npz", **joints())
     write_arrays(FOLDER / "loops.npz", **loops())
+    write_arrays(FOLDER / "torus.npz", **torus())
     write_arrays(FOLDER / "filtered.npz", **filtered())
     for name, content in stored_files().items():
         write_file(FOLDER / name, content)

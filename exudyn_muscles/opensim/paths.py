@@ -12,7 +12,14 @@ from scipy.spatial.transform import Rotation
 from ..numerics.curves import Curve
 from ..path.functions import FunctionPath
 from ..path.points import BEYOND_RANGE, ConditionalPathPoint, MovingPathPoint, PathPoint
-from ..path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapSurface
+from ..path.surfaces import (
+    PathWrap,
+    WrapCylinder,
+    WrapEllipsoid,
+    WrapSphere,
+    WrapSurface,
+    WrapTorus,
+)
 from .bodies import Bodies
 from .element import Element
 from .frames import Place, pose
@@ -148,7 +155,7 @@ def _angles(R: np.ndarray) -> np.ndarray:
 def _surface(element: Element, place: Place) -> WrapSurface:
     """A surface given in a frame."""
     sizes = {"WrapCylinder": ["radius", "length"], "WrapSphere": ["radius"]}
-    sizes["WrapEllipsoid"] = ["dimensions"]
+    sizes |= {"WrapEllipsoid": ["dimensions"], "WrapTorus": ["inner_radius", "outer_radius"]}
     if element.tag not in sizes:
         element.refuse()
     element.allow(
@@ -170,4 +177,7 @@ def _surface(element: Element, place: Place) -> WrapSurface:
             return WrapCylinder(element.number("radius"), element.number("length"), **where)
         if element.tag == "WrapSphere":
             return WrapSphere(element.number("radius"), **where)
+        if element.tag == "WrapTorus":
+            radii = (element.number(name) for name in sizes["WrapTorus"])
+            return WrapTorus(*radii, **where)
         return WrapEllipsoid(element.vector("dimensions").tolist(), **where)

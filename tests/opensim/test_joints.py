@@ -89,7 +89,8 @@ def test_ellipsoids_may_be_seen_from_their_other_side(kind, load):
     [
         ("ellipsoid", "0.3 0.2 0.25", "0.3 0 0.25", "radii_x_y_z: expected positive numbers"),
         ("ellipsoid", "0.3 0.2 0.25", "0.3 0.25", "radii_x_y_z: expected 3 numbers, got 2"),
-        ("ellipsoid", "<radii_x_y_z>0.3 0.2 0.25</radii_x_y_z>", "", "there is no radii_x_y_z in it"),
+        ("ellipsoid", "<radii_x_y_z>0.3 0.2 0.25</radii_x_y_z>", "",
+         "there is no radii_x_y_z in it"),
         ("scapula", '<Coordinate name="d"><range>-0.6 0.6</range></Coordinate>', "",
          "expected 4 coordinates, found 3"),
         ("scapula", "0.03 -0.02", "0.03", "scapula_winging_axis_origin: expected 2 numbers"),
