@@ -13,7 +13,8 @@ PASSIVE = frozenset([
     "FrameGeometry", "Geometry", "LineGeometry", "Mesh", "Sphere", "Torus", "PathGeometry",
     "SignalGenerator", "TableReporter", "ConsoleReporter", "AccelerationIMU",
 ])  # fmt: skip
-FRAMES = ("PhysicalOffsetFrame",)
+FRAMES = ("PhysicalOffsetFrame", "StationDefinedFrame")
+STATIONS = ("Station", "Marker")
 CONTROLS = (
     "it is left out: here the methods look for the controls of all actuators, which OpenSim's "
     "controllers would add to"
