@@ -33,7 +33,7 @@ from .errors import (
 )
 from .errors import warn as _warn
 from .files.storage import Storage, read_storage
-from .forces.actuators import PointActuator, Reserve, TorqueActuator
+from .forces.actuators import PathActuator, PointActuator, Reserve, TorqueActuator
 from .forces.external import ExternalForce
 from .methods.cmc import CMCPlugin, CMCSettings, Prediction, computed_muscle_control
 from .methods.cosimulation import CosimulationPlugin, cosimulate
@@ -145,6 +145,7 @@ __all__ = [
     "NodeCoordinate",
     "Normalizer",
     "ParameterError",
+    "PathActuator",
     "PathPoint",
     "PathWarning",
     "PathWrap",

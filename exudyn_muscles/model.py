@@ -45,7 +45,7 @@ class MusculoskeletalModel:
     dependent_coordinates : sequence of DependentCoordinate, optional
         Coordinates of the tree that are functions of others. While a run is attached they are held
         there exactly; the `mbs` needs no constraint for it, and its own runs know of none.
-    reserves : sequence of Reserve, PointActuator or TorqueActuator, optional
+    reserves : sequence of Reserve, PointActuator, TorqueActuator or PathActuator, optional
         Ideal actuators: reserves on coordinates, residual forces and torques on links.
     loops : Loops, optional
         Closed loops of the tree, whose dependent coordinates are held in the same way.
@@ -57,7 +57,7 @@ class MusculoskeletalModel:
     paths : Paths
     dependent_coordinates : tuple of DependentCoordinate
     loops : Loops or None
-    reserves : tuple of Reserve, PointActuator or TorqueActuator
+    reserves : tuple of Reserve, PointActuator, TorqueActuator or PathActuator
     columns : callable
         q (N,) -> S (N, r): what a unit of each ideal actuator is on every coordinate of the tree;
         of any other system its pose -> S.

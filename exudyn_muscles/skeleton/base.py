@@ -14,6 +14,7 @@ from contextlib import AbstractContextManager
 import exudyn as exu
 import numpy as np
 
+from ..forces.actuators import ActuatorTable
 from ..path.paths import Paths
 from .ahead import TRAPEZOIDAL, Rule
 from .geometry import Mounted
@@ -88,8 +89,8 @@ class ExudynSkeleton(ABC):
         """
 
     @abstractmethod
-    def mount(self, paths: Paths, muscles: Sequence[str], actuators: np.ndarray) -> Mounted:
-        """The paths of these muscles and the actuators in an `actuator_table`, put on it."""
+    def mount(self, paths: Paths, muscles: Sequence[str], actuators: ActuatorTable) -> Mounted:
+        """The paths of these muscles and the actuators, put on it."""
 
     @abstractmethod
     def check_assembled(self) -> None:

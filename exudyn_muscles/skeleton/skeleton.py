@@ -16,6 +16,7 @@ import numpy as np
 
 from ..checks import check_link_exists
 from ..errors import ModelError
+from ..forces.actuators import ActuatorTable
 from ..path.paths import Paths
 from .ahead import Rule
 from .base import ExudynSkeleton
@@ -115,10 +116,10 @@ class Skeleton(ExudynSkeleton):
     def frame_number(self, what: str, link: int) -> int:
         return check_link_exists(what, link, len(self.tree))
 
-    def mount(self, paths: Paths, muscles: Sequence[str], actuators: np.ndarray) -> Mounted:
+    def mount(self, paths: Paths, muscles: Sequence[str], actuators: ActuatorTable) -> Mounted:
         columns = compile_columns(self.tree, actuators)
         geometry = compile_geometry(self.tree, paths, muscles)
-        if len(actuators):
+        if len(actuators.rows):
             geometry = with_columns(geometry, columns)
         return Mounted(self.basis.geometry(geometry), columns)
 
