@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import ModelError
+from ..errors import ModelError, ParameterError
 from .closures import LINKS, Loops, closure_equations, closure_rows
 from .coupling import DependentCoordinate
 from .dependent import Dependent
@@ -79,7 +79,7 @@ class Closed(Tied):
     Raises
     ------
     ParameterError
-        As `chains` and `closure_rows`.
+        As `chains` and `closure_rows`, or one of `held_first` is no coordinate.
     ModelError
         There is no pose near this one where the closures hold, or they leave nothing to move.
     """
@@ -99,6 +99,8 @@ class Closed(Tied):
         self._reference = self._assembled(near[inner])
         rest = np.zeros(inner.size)
         G = self._equations(self._reference, rest).G
+        for name in set(loops.held_first) - set(names):
+            raise ParameterError(f"held_first: the tree has no coordinate '{name}'")
         first = [self._names.index(name) for name in loops.held_first if name in self._names]
         held = _determined(G, [*first, *(j for j in range(inner.size)[::-1] if j not in first)])
         self._held = np.sort(held)
@@ -132,6 +134,8 @@ class Closed(Tied):
         y, rest = near.copy(), np.zeros(near.size)
         for _ in range(MOST_ITERATIONS):
             found = self._equations(y, rest)
+            if not np.isfinite(found.G).all():
+                break
             step = np.linalg.lstsq(found.G, found.phi, rcond=REDUNDANT)[0]
             y -= step * min(1.0, FARTHEST / max(np.abs(step).max(), FARTHEST))
             if np.abs(step).max() <= ROUNDING * max(1.0, np.abs(y).max()):
