@@ -19,6 +19,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg.lapack import dgelsy
 
 from ..errors import ModelError, ParameterError
 from .closures import LINKS, Loops, closure_equations, closure_rows
@@ -34,6 +35,9 @@ REDUNDANT = 1e-5
 # Of what the closures know of the coordinate that they know best, how much they have to know of one
 # that they hold: less, and it would soon be at a dead point.
 KNOWN = 0.3
+# Of what the closures know least over best of those that they hold, at a dead point; and the work
+# space of LAPACK's solver, in its blocks.
+SINGULAR, WORK = 1e-8, 64
 FARTHEST = 0.25  # rad or m, of one step towards a pose
 ON_THE_WAY, MOST_ITERATIONS = 2, 60
 ROUNDING, NEARLY = 1e-14, 1e-9  # rad or m, of steps that go no further, and that may not
@@ -94,6 +98,7 @@ class Closed(Tied):
     ) -> None:
         self._rows, self._tables = closure_rows(loops.closures, len(tree)), tree.tables()
         self._explicit = Dependent(given, names) if given else None
+        self._identity = np.eye(len(names))
         inner = np.arange(len(names)) if self._explicit is None else self._explicit.free
         self._names = [names[j] for j in inner.tolist()]
         self._reference = self._assembled(near[inner])
@@ -120,13 +125,11 @@ class Closed(Tied):
         c, n = len(self._rows), self._tables[0].size
         phi, G, gamma = np.empty(c), np.empty((c, n)), np.empty(c)
         if self._explicit is None:
-            q, q_t, R, bent = y, y_t, None, np.zeros(n)
+            q, q_t, R, bent = y, y_t, self._identity, np.zeros(n)
         else:
             (q, q_t, bent), slopes = self._explicit.follow_from(y, y_t, np.zeros(y.size))
             R = slopes.R
         closure_equations(*self._tables, self._rows, q, q_t, phi, G, gamma)
-        if R is None:
-            return _Equations(phi, G, gamma, q, np.eye(n), bent)
         return _Equations(phi, G @ R, gamma + G @ bent, q, R, bent)
 
     def _assembled(self, near: np.ndarray) -> np.ndarray:
@@ -190,10 +193,13 @@ class Closed(Tied):
         """(G_d)^+ times right-hand sides (c,) or (c, k)."""
         if not np.isfinite(G).all():
             raise self._error(z, "leave no pose there")
-        solution, _, rank, _ = np.linalg.lstsq(G, right, rcond=REDUNDANT * 1e-3)
-        if rank < G.shape[1]:
+        c, k = G.shape
+        sides = right.reshape(c, -1)
+        work = WORK * (c + k + sides.shape[1])
+        _, x, _, rank, _ = dgelsy(G, sides, np.zeros(k, dtype=np.int32), SINGULAR, work)
+        if rank < k:
             raise self._error(z, f"do not determine {', '.join(self._held_names)} there")
-        return np.asarray(solution)
+        return np.asarray(x[:k].reshape(k, *right.shape[1:]))
 
     @property
     def _held_names(self) -> list[str]:
