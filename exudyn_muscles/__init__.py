@@ -34,7 +34,7 @@ from .errors import (
 )
 from .errors import warn as _warn
 from .files.storage import Storage, read_storage
-from .forces.actuators import PointActuator, Reserve, TorqueActuator
+from .forces.actuators import PathActuator, PointActuator, Reserve, TorqueActuator
 from .forces.external import ExternalForce
 from .methods.cmc import CMCPlugin, CMCSettings, Prediction, computed_muscle_control
 from .methods.cosimulation import CosimulationPlugin, cosimulate
@@ -61,7 +61,7 @@ from .numerics.curves import Curve
 from .numerics.splines import simm_spline
 from .path.functions import FunctionPath
 from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
-from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere
+from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapTorus
 from .recruitment.criterion import Criterion, PoweredForces, SquaredForces
 from .recruitment.limits import ControlLimits
 from .recruitment.normalizers import (
@@ -79,6 +79,7 @@ from .results.excitations import Excitations
 from .results.trajectory import Trajectory
 from .simulation.continuing import RunPoint
 from .simulation.sensors import muscle_sensor
+from .skeleton.closures import Closure, ClosureKind, Loops
 from .skeleton.coupling import DependentCoordinate, Follower, linear_function
 from .skeleton.external_forces import add_external_force
 from .skeleton.system.coordinates import (
@@ -95,6 +96,8 @@ __all__ = [
     "ActivationDynamics",
     "CMCPlugin",
     "CMCSettings",
+    "Closure",
+    "ClosureKind",
     "ConditionalPathPoint",
     "ControlLimits",
     "CosimulationPlugin",
@@ -124,6 +127,7 @@ __all__ = [
     "IncompleteRunWarning",
     "Integrator",
     "JointCoordinate",
+    "Loops",
     "LowPass",
     "MaximumIsometricForce",
     "Millard2012",
@@ -143,6 +147,7 @@ __all__ = [
     "Normalizer",
     "ParameterError",
     "PassiveForceWarning",
+    "PathActuator",
     "PathPoint",
     "PathWarning",
     "PathWrap",
@@ -186,6 +191,7 @@ __all__ = [
     "WrapCylinder",
     "WrapEllipsoid",
     "WrapSphere",
+    "WrapTorus",
     "WrappingError",
     "add_external_force",
     "analysis",

@@ -14,6 +14,7 @@ from .muscle.dynamics import tendon_forces
 from .muscle.equilibrium import equilibrium
 from .muscle.parameters import Muscle, MuscleSet
 from .path.paths import collect_paths
+from .skeleton.closures import Loops
 from .skeleton.coupling import DependentCoordinate
 from .skeleton.geometry import Geometry
 from .skeleton.skeleton import Skeleton
@@ -45,8 +46,10 @@ class MusculoskeletalModel:
     dependent_coordinates : sequence of DependentCoordinate, optional
         Coordinates of the tree that are functions of others. While a run is attached they are held
         there exactly; the `mbs` needs no constraint for it, and its own runs know of none.
-    reserves : sequence of Reserve, PointActuator or TorqueActuator, optional
+    reserves : sequence of Reserve, PointActuator, TorqueActuator or PathActuator, optional
         Ideal actuators: reserves on coordinates, residual forces and torques on links.
+    loops : Loops, optional
+        Closed loops of the tree, whose dependent coordinates are held in the same way.
 
     Attributes
     ----------
@@ -54,7 +57,8 @@ class MusculoskeletalModel:
     muscles : MuscleSet
     paths : Paths
     dependent_coordinates : tuple of DependentCoordinate
-    reserves : tuple of Reserve, PointActuator or TorqueActuator
+    loops : Loops or None
+    reserves : tuple of Reserve, PointActuator, TorqueActuator or PathActuator
     columns : callable
         q (N,) -> S (N, r): what a unit of each ideal actuator is on every coordinate of the tree;
         of any other system its pose -> S.
@@ -86,6 +90,7 @@ class MusculoskeletalModel:
         coordinates: Sequence[str] | None = None,
         dependent_coordinates: Sequence[DependentCoordinate] = (),
         reserves: Sequence[Actuator] = (),
+        loops: Loops | None = None,
         followers: Sequence[DependentCoordinate] | None = None,
     ) -> None:
         self._tree = tree
@@ -97,6 +102,8 @@ class MusculoskeletalModel:
             warn("followers= is now dependent_coordinates=", DeprecationWarning)
             dependent_coordinates = followers
         dependent = _listed("dependent_coordinates", dependent_coordinates, DependentCoordinate)
+        if loops is not None and not isinstance(loops, Loops):
+            raise ParameterError(f"loops must be Loops, got {loops!r}")
         self.skeleton: Skeleton | GeneralSkeleton
         if isinstance(tree, Mapping):
             if coordinates is not None:
@@ -112,9 +119,14 @@ class MusculoskeletalModel:
                     "coordinates of nodes, or a CoordinateVectorConstraint with its equation and "
                     "Jacobian as user functions, as docs/skeletons.md shows; track what is followed"
                 )
+            if loops is not None:
+                raise ParameterError(
+                    "loops= are those of a kinematic tree; of any other system they are joints "
+                    "or constraints of the mbs"
+                )
             self.skeleton = GeneralSkeleton(mbs, tree)
         else:
-            self.skeleton = Skeleton(mbs, tree, coordinates, dependent)
+            self.skeleton = Skeleton(mbs, tree, coordinates, dependent, loops)
         skeleton = self.skeleton
         self.muscles = MuscleSet(muscles)
         self.paths = collect_paths(
@@ -125,6 +137,7 @@ class MusculoskeletalModel:
             skeleton.tree_coordinates,
         )
         self.dependent_coordinates = tuple(dependent)
+        self.loops = loops
         self.reserves = tuple(reserves)
         for name in set(actuator_names(reserves)) & set(self.muscles.names):
             raise ParameterError(f"reserves: '{name}' is the name of a muscle")
@@ -157,6 +170,7 @@ class MusculoskeletalModel:
             self.muscles if muscles is None else muscles,
             coordinates=skeleton.tree_coordinates if tree else None,
             dependent_coordinates=self.dependent_coordinates,
+            loops=self.loops,
             reserves=self.reserves if reserves is None else reserves,
         )
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from exudyn_muscles.files.disk import write_arrays, write_file
 
-from .opensim import passive_models
+from .opensim import joint_models, loop_models, passive_models, torus_model
 from .own_models import (
     FOLDER,
     MODEL,
@@ -448,6 +448,99 @@ def passive():
     return found
 
 
+def joints():
+    """Random states of the models of joints: q, q', q'' (STATES, n), the last body's orientation
+    and position (STATES, 12), and the names of the coordinates and of those that are angles."""
+    import opensim
+
+    found = {}
+    for name in joint_models.JOINTS:
+        model, rng = load(joint_models.model(name)), np.random.default_rng(SEED)
+        state, rows = model.initSystem(), []
+        set_ = model.getCoordinateSet()
+        coordinates = [set_.get(k) for k in range(set_.getSize())]
+        for _ in range(STATES):
+            q = rng.uniform(-0.5, 0.5, len(coordinates))
+            for each, value, speed in zip(
+                coordinates, q, rng.uniform(-2.0, 2.0, q.size), strict=True
+            ):
+                each.setValue(state, float(value), False)
+                each.setSpeedValue(state, float(speed))
+            model.realizeAcceleration(state)
+            Q = vector(state.getQ())
+            at = [int(np.abs(Q - value).argmin()) for value in q]  # unused ones stand between them
+            H = bodies_of(model)[-1].getTransformInGround(state)
+            R = [H.R().asMat33().get(i, j) for i in range(3) for j in range(3)]
+            place = [*R, *(H.p().get(k) for k in range(3))]
+            rows.append([q, vector(state.getQDot())[at], vector(state.getQDotDot())[at], place])
+        q, u, a, places = (np.array(row) for row in zip(*rows, strict=True))
+        angles = [
+            each.getName()
+            for each in coordinates
+            if each.getMotionType() == opensim.Coordinate.Rotational
+        ]
+        found |= {f"{name}_q": q, f"{name}_u": u, f"{name}_a": a, f"{name}_places": places}
+        found[f"{name}_names"] = np.array([each.getName() for each in coordinates])
+        found[f"{name}_angles"] = np.array(angles)
+    return found
+
+
+def loops():
+    """Falls of the chain whose loops are closed, from rest (ROWS + 1, n): q, u, the accelerations
+    without muscles, and those with tendon forces (m,)."""
+    found = {}
+    for name in loop_models.CONSTRAINTS:
+        model, pulled = load(loop_models.model(name)), load(loop_models.model(name))
+        for each in muscles_of(model):
+            each.set_appliesForce(False)
+        state, there = model.initSystem(), pulled.initSystem()
+        coordinates = [model.getCoordinateSet().get(each) for each in loop_models.DEFAULTS]
+        rows = {key: [] for key in ("q", "u", "a", "a_muscles", "F")}
+
+        def read(now, model=model, pulled=pulled, there=there, coordinates=coordinates, rows=rows):
+            model.realizeAcceleration(now)
+            there.setQ(now.getQ())
+            there.setU(now.getU())
+            for each in muscles_of(pulled):
+                each.setActivation(there, 0.4)
+            pulled.equilibrateMuscles(there)
+            pulled.realizeAcceleration(there)
+            values = {
+                "q": [each.getValue(now) for each in coordinates],
+                "u": [each.getSpeedValue(now) for each in coordinates],
+                "a": [each.getAccelerationValue(now) for each in coordinates],
+                "a_muscles": [
+                    pulled.getCoordinateSet().get(each.getName()).getAccelerationValue(there)
+                    for each in coordinates
+                ],
+                "F": [each.getTendonForce(there) for each in muscles_of(pulled)],
+            }
+            for key, value in values.items():
+                rows[key].append(value)
+
+        times = np.arange(loop_models.ROWS + 1) * (loop_models.SPAN / loop_models.ROWS)
+        integrated(model, state, times, read)
+        found |= {f"{name}_{key}": np.array(value) for key, value in rows.items()}
+    return found
+
+
+def torus():
+    """Lengths (STATES,) of the muscle through a ring by its sides, and q (STATES, n)."""
+    ranges = np.transpose(list(torus_model.RANGES.values()))
+    q = np.random.default_rng(SEED).uniform(*ranges, (STATES, len(torus_model.RANGES)))
+    found = {"q": q}
+    for side in torus_model.SIDES:
+        model, lengths = load(torus_model.model(side)), []
+        state = model.initSystem()
+        for row in q.tolist():
+            for name, value in zip(torus_model.RANGES, row, strict=True):
+                model.getCoordinateSet().get(name).setValue(state, value, False)
+            model.realizePosition(state)
+            lengths.append(muscles_of(model)[0].getLength(state))
+        found[side] = np.array(lengths)
+    return found
+
+
 def noisy():
     """Times (121,) and samples (121, 2) of a recorded motion."""
     t = np.arange(121) / 100.0
@@ -583,6 +676,9 @@ def main():
             FOLDER / "single.npz", **dict(zip(KINDS, pool.map(single, KINDS), strict=True))
         )
     write_arrays(FOLDER / "passive.npz", **passive())
+    write_arrays(FOLDER / "joints.npz", **joints())
+    write_arrays(FOLDER / "loops.npz", **loops())
+    write_arrays(FOLDER / "torus.npz", **torus())
     write_arrays(FOLDER / "filtered.npz", **filtered())
     for name, content in stored_files().items():
         write_file(FOLDER / name, content)

@@ -141,5 +141,5 @@ def rebuilt(model, muscles, reserves=()):
     skeleton = model.skeleton
     return em.MusculoskeletalModel(
         model.mbs, skeleton.object, muscles, coordinates=skeleton.tree_coordinates,
-        dependent_coordinates=model.dependent_coordinates, reserves=reserves,
+        dependent_coordinates=model.dependent_coordinates, reserves=reserves, loops=model.loops,
     )  # fmt: skip

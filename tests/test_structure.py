@@ -27,7 +27,7 @@ EVOLVING = r"\b(state|counts|settings)\b"  # what they are called, and Exudyn's 
 # Number of attributes that a class sets after its objects were made.
 SET_LATER = {
     "simulation.plugin Plugin": 1,  # a new state for every run
-    "skeleton.dependent DynamicsOfTree": 1,  # where it is made: a tuple has no __init__
+    "skeleton.tied DynamicsOfTree": 1,  # where it is made: a tuple has no __init__
     "skeleton.skeleton Skeleton": 1,  # what is open of it
     "skeleton.system.geometry GeometryOnAll": 1,  # as DynamicsOfTree
     "skeleton.system.skeleton GeneralSkeleton": 1,

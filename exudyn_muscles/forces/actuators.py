@@ -1,4 +1,5 @@
-"""Ideal actuators beside the muscles: reserves on coordinates, forces and torques on links.
+"""Ideal actuators beside the muscles: reserves on coordinates, forces and torques on links, and
+tensions along paths.
 
 Their torques on the coordinates are S f with the forces f (r,) and the columns S (n, r), as the
 muscles' are r^T F. A reserve's column is constant if its coordinate is independent; those of forces
@@ -9,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,8 +18,11 @@ from ..checks import link_number, number_within, three_numbers
 from ..errors import ParameterError
 from ..numerics.kernel import kernel
 from ..path.frames import GROUND, turned
-from ..path.paths import LinkNumbers
+from ..path.functions import FunctionPath
+from ..path.paths import LinkNumbers, Paths, collect_paths
+from ..path.points import MovingPathPoint, PathPoint
 from ..path.pulls import FORCE, ON_LINK, PULL_COLUMNS, Pulls, pull_coordinate
+from ..path.surfaces import PathWrap, WrapSurface
 from .jacobian import ON_LINK_AS_TORQUE, generalized
 
 # Columns of the table of actuators: what, on which coordinate or link, against which link, and in
@@ -25,7 +30,7 @@ from .jacobian import ON_LINK_AS_TORQUE, generalized
 KIND, ON, AGAINST, POINT_FRAME, FRAME, POSITION, DIRECTION, COLUMNS = (
     0, 1, 2, 3, 4, slice(5, 8), slice(8, 11), 11
 )  # fmt: skip
-COORDINATE, POINT_FORCE, TORQUE = 0.0, 1.0, 2.0
+COORDINATE, POINT_FORCE, TORQUE, TENSION = 0.0, 1.0, 2.0, 3.0
 # Beyond these, quadratic programs no longer see what the muscles cost, or can do, beside it.
 OPTIMAL_FORCES = 1e-3, 1e6
 
@@ -158,7 +163,58 @@ class TorqueActuator:
         object.__setattr__(self, "axis", _unit(f"{what}: axis", self.axis))
 
 
-Actuator = Reserve | PointActuator | TorqueActuator
+@dataclass(frozen=True)
+class PathActuator:
+    """An ideal tension along a path, as of a cable; a negative one pushes.
+
+    Parameters
+    ----------
+    name : str
+    path, wraps : sequence or FunctionPath
+        As a muscle's.
+    optimal_force : float
+        Tension [N] at control 1: the larger, the cheaper.
+    min_control, max_control : float
+        Limits of tension over optimal force.
+
+    Raises
+    ------
+    ParameterError
+        As `Reserve`.
+    """
+
+    name: str
+    _: KW_ONLY
+    path: Sequence[PathPoint | MovingPathPoint] | FunctionPath
+    optimal_force: float
+    wraps: Sequence[PathWrap | WrapSurface] = ()
+    min_control: float = -np.inf
+    max_control: float = np.inf
+
+    def __post_init__(self) -> None:
+        _check(self, f"path actuator '{self.name}'")
+        if not isinstance(self.path, FunctionPath):
+            object.__setattr__(self, "path", tuple(self.path))
+        object.__setattr__(self, "wraps", tuple(self.wraps))
+
+
+Actuator = Reserve | PointActuator | TorqueActuator | PathActuator
+
+
+class ActuatorTable(NamedTuple):
+    """Actuators as `columns` takes them.
+
+    `rows` (r, COLUMNS) are of all of them, `paths` of those that have one, whose `names` these are.
+    """
+
+    rows: np.ndarray
+    paths: Paths
+    names: tuple[str, ...]
+
+    @property
+    def along(self) -> np.ndarray:
+        """Which of the rows have the paths."""
+        return np.flatnonzero(self.rows[:, KIND] == TENSION)
 
 
 def actuator_names(actuators: Sequence[Actuator]) -> tuple[str, ...]:
@@ -177,8 +233,8 @@ def actuator_table(
     actuators: Sequence[Actuator],
     names: Sequence[str],
     number: LinkNumbers,
-) -> np.ndarray:
-    """The actuators as `columns` takes them, a row each.
+) -> ActuatorTable:
+    """The actuators as tables.
 
     Parameters
     ----------
@@ -191,15 +247,22 @@ def actuator_table(
     Raises
     ------
     ParameterError
-        An actuator acts on a coordinate or link that does not exist.
+        An actuator acts on a coordinate or link that does not exist, or has no path.
     """
+    along = [actuator for actuator in actuators if isinstance(actuator, PathActuator)]
+    own = tuple(actuator.name for actuator in along)
+    paths = collect_paths(
+        own, [each.path for each in along], [each.wraps for each in along], number, names,
+        kind="actuator",
+    )  # fmt: skip
     rows = [_row(actuator, names, number) for actuator in actuators]
-    return np.array(rows).reshape(-1, COLUMNS)
+    return ActuatorTable(np.array(rows).reshape(-1, COLUMNS), paths, own)
 
 
 @kernel(allocates=True)
 def columns(joints, parents, R, p, axes, table, S):
-    """Write S (N, r) of all coordinates of a tree, whose links have the frames R, p, axes."""
+    """Write S (N, r) of all coordinates of a tree, whose links have the frames R, p, axes; zero for
+    those that have paths."""
     generalized(joints, parents, p, axes, actuator_pulls(R, p, table), S.T)
 
 
@@ -214,6 +277,9 @@ def actuator_pulls(R, p, table):
         k, row = 2 * i, table[i]
         if row[KIND] == COORDINATE:
             pulls.lasts[i] = pull_coordinate(pulls, k, int(row[ON]), 1.0)
+            continue
+        if row[KIND] == TENSION:
+            pulls.lasts[i] = k
             continue
         kinds[k : k + 2] = ON_LINK_AS_TORQUE if row[KIND] == TORQUE else ON_LINK
         links[k], links[k + 1] = int(row[ON]), int(row[AGAINST])
@@ -236,6 +302,9 @@ def _row(actuator: Actuator, names: Sequence[str], number: LinkNumbers) -> np.nd
                 f"reserve on '{actuator.coordinate}': the coordinates are {list(names)}"
             )
         row[KIND], row[ON] = COORDINATE, list(names).index(actuator.coordinate)
+        return row
+    if isinstance(actuator, PathActuator):
+        row[KIND] = TENSION
         return row
     what = f"actuator '{actuator.name}'"
     row[ON] = link = number(what, actuator.link)

@@ -23,11 +23,13 @@ class Coordinate:
     locked : bool
         Held at its default value: the model has no such coordinate.
     rotates : bool
-        It is an angle, or one besides what else it moves.
+        It is an angle, not what an axis only depends on or moves by; only angles are in degrees.
     joint : str
         Path of the joint that it belongs to in OpenSim 4, such as `/jointset/elbow`.
     prescribed : Curve or None
         Its values over time [s], if OpenSim moves it by a function whatever the forces are.
+    follows_constraints : bool
+        Where constraints hold coordinates, OpenSim lets it follow the others.
     """
 
     name: str
@@ -39,3 +41,4 @@ class Coordinate:
     rotates: bool = True
     joint: str = ""
     prescribed: Curve | None = None
+    follows_constraints: bool = False

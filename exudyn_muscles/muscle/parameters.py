@@ -86,7 +86,7 @@ class Muscle:
     optimal_fiber_length : float
         l_m0 [m].
     tendon_slack_length : float
-        l_ts [m].
+        l_ts [m]; it may be zero if the tendon is rigid.
     pennation_angle_at_optimal : float
         alpha_0 [rad].
     max_contraction_velocity : float
@@ -147,6 +147,8 @@ class Muscle:
             raise ParameterError(f"a muscle's name is a non-empty string, got {self.name!r}")
         for parameter, (low, high, unit) in RANGES.items():
             name = f"muscle '{self.name}': {parameter}"
+            if parameter == "tendon_slack_length" and self.ignore_tendon_compliance is True:
+                low = 0.0
             number = number_within(name, getattr(self, parameter), low, high, unit)
             object.__setattr__(self, parameter, number)
         if self.pennation_angle_at_optimal > self.maximum_pennation_angle:
@@ -286,7 +288,8 @@ def _row(muscle: Muscle, numbers: dict[Curve, int]) -> list[float]:
     row[FORM], row[AF], row[FLEN] = law.force_velocity_form
     # The tendon curve's argument is (l_t / l_ts - 1) / e = l_t PER_STRETCH - PER_E.
     row[PER_E] = 1.0 / muscle.tendon_strain
-    row[PER_STRETCH] = row[PER_E] / muscle.tendon_slack_length
+    # Of a rigid one it is only a scale.
+    row[PER_STRETCH] = row[PER_E] / (muscle.tendon_slack_length or muscle.optimal_fiber_length)
     row[P_MIN] = math.sqrt(muscle.shortest_fiber**2 - muscle.width**2)
     row[RIGID] = muscle.ignore_tendon_compliance
     row[A_MIN] = muscle.minimum_activation

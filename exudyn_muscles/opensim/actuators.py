@@ -5,17 +5,18 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..forces.actuators import Actuator, PointActuator, Reserve, TorqueActuator
+from ..forces.actuators import Actuator, PathActuator, PointActuator, Reserve, TorqueActuator
 from ..path.frames import GROUND
 from .bodies import Bodies
 from .document import TURNED
 from .element import ON, Element
 from .frames import Place
+from .paths import path_tags, read_path
 
 COMMON = ("isDisabled", *ON, "min_control", "max_control", "optimal_force")
 # With an activation that follows the control by a time constant.
 SLOWER = "ActivationCoordinateActuator"
-ACTUATORS = ("CoordinateActuator", "PointActuator", "TorqueActuator", SLOWER)
+ACTUATORS = ("CoordinateActuator", "PointActuator", "TorqueActuator", "PathActuator", SLOWER)
 
 
 def read_actuator(element: Element, bodies: Bodies) -> Actuator | None:
@@ -29,6 +30,10 @@ def read_actuator(element: Element, bodies: Bodies) -> Actuator | None:
     with element.blamed():
         if element.tag == "PointActuator":
             return _point_actuator(element, bodies, common)
+        if element.tag == "PathActuator":
+            element.allow(*COMMON, *path_tags(element))
+            path, wraps = read_path(element, bodies)
+            return PathActuator(path=path, wraps=wraps, **common)
         if element.tag == "TorqueActuator":
             return _torque_actuator(element, bodies, common)
         return _reserve(element, bodies, common)

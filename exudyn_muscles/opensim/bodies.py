@@ -3,12 +3,11 @@
 A joint becomes as many links as it has axes that move, all but the last without mass. A body is
 fixed to the last of them, or to its parent's link if the joint is a weld. Links whose axes are
 functions of a coordinate follow the link that has this coordinate itself: one of the joint's axes,
-or else a hinge apart that carries nothing.
+or else a slider apart that carries nothing.
 """
 
 from __future__ import annotations
 
-import posixpath
 from collections import Counter
 from itertools import chain
 from typing import NamedTuple
@@ -18,15 +17,13 @@ import numpy as np
 from ..path.frames import GROUND
 from ..skeleton.coupling import DependentCoordinate, linear_function
 from ..skeleton.tree import PRISMATIC
-from .components import FRAMES, refuse_active
 from .couplers import Coupler, read_couplers
 from .element import Element
-from .frames import ZERO, Place, Z, aligned, moved, pose
+from .frame_set import GROUND_PATH, PARTS, FrameSet, body_path
+from .frames import ZERO, Place, aligned, moved, pose
 from .functions import Line, as_curve
 from .joints import Axis, Coordinate, joint_path, read_axes
 
-PARTS = ("WrapObjectSet", "components")
-GROUND_PATH = "/ground"
 # From this version of the format on an inertia is one property; before, what a file left out of it
 # was this [kg m^2].
 ONE_INERTIA = 30500
@@ -114,29 +111,19 @@ class Bodies:
         self.links: list[Link] = []
         self.coordinates: list[Coordinate] = []
         self.places = {GROUND_PATH: Place(GROUND, np.eye(4))}
-        self._owners: dict[str, Element] = {}
-        self._offsets: dict[str, tuple[str, np.ndarray]] = {}
-        ground = model.find("Ground")
-        if ground is not None:
-            ground.allow(*PARTS)
-            self._add_owner(GROUND_PATH, ground)
+        self._frames = FrameSet(model)
         bodies = model.items("BodySet")
-        for body in bodies:
-            if body.tag != "Body":
-                body.refuse()
-            self._add_owner(_body_path(body.name), body)
-        for tag, path in (("components", ""), ("FrameSet", ""), ("ComponentSet", "/componentset")):
-            self._add_offsets(path, [each for each in model.items(tag) if each.tag in FRAMES])
         joints = model.items("JointSet")
         for joint in joints:
-            self._add_offsets(joint_path(joint), joint.items("frames"))
+            self._frames.add(joint_path(joint), joint.items("frames"))
+        self._frames.check()
         for body in bodies:
             joints += body.items("Joint")  # before version 4
         self._join([self._end(joint) for joint in joints])
         self.locked = {each.name: each.default_value for each in self.coordinates if each.locked}
         self._couple(read_couplers(model))
         for body in bodies:
-            path = _body_path(body.name)
+            path = body_path(body.name)
             if path not in self.places:
                 raise body.error("no joint leads to it")
             self._add_inertia(self.places[path], body)
@@ -144,7 +131,7 @@ class Bodies:
             if count > 1:
                 raise model.error(f"more than one coordinate is called '{name}'")
         self.wraps: dict[str, list[tuple[Element, Place]]] = {}
-        for path, owner in self._owners.items():
+        for path, owner in self._frames.owners.items():
             for surface in owner.items("WrapObjectSet"):
                 self.wraps.setdefault(surface.name, []).append((surface, self._place(path)))
 
@@ -155,60 +142,24 @@ class Bodies:
 
     def owners(self) -> list[tuple[Element, Place]]:
         """The elements of ground, bodies and frames on them, and where they are."""
-        return [(owner, self._place(path)) for path, owner in self._owners.items()]
+        return [(owner, self._place(path)) for path, owner in self._frames.owners.items()]
 
     def add_frames(self, path: str, frames: list[Element]) -> None:
         """Add the frames that a component has of its own."""
-        self._add_offsets(path, frames)
+        self._frames.add(path, frames)
 
     def place(self, element: Element, owner: str = "/") -> Place:
         """Where the frame is that an element of the component `owner` names."""
-        return self._place(self._path(element, owner))
+        return self._place(self._frames.path(element, owner))
+
+    def body_of(self, element: Element, owner: str) -> Place:
+        """Where the body of the frame is that an element of the component `owner` names."""
+        return self.places[self._frames.on_body(self._frames.path(element, owner))[0]]
 
     def _place(self, path: str) -> Place:
-        body, offset = self._on_body(path)
+        body, offset = self._frames.on_body(path)
         link, H = self.places[body]
         return Place(link, H @ offset)
-
-    def _on_body(self, path: str) -> tuple[str, np.ndarray]:
-        """The body that a frame is on, and the frame's pose on it."""
-        passed: dict[str, None] = {}
-        while path in self._offsets:
-            if path in passed:
-                raise self._owners[path].error("the frames are on one another, in a circle")
-            passed[path] = None
-            path, H = self._offsets[path]
-        body, H = path, np.eye(4)
-        for path in reversed(passed):  # each is on the body itself from now on
-            H = H @ self._offsets[path][1]
-            self._offsets[path] = body, H
-        return body, H
-
-    def _path(self, element: Element, owner: str) -> str:
-        """The path of a frame named in an element of the component `owner`, or of a body's name."""
-        path = posixpath.normpath(posixpath.join(owner, element.text))
-        for candidate in (path, _body_path(element.text)):
-            if candidate in self._owners or candidate == GROUND_PATH:
-                return candidate
-        raise element.error(f"there is no frame '{element.text}'")
-
-    def _add_owner(self, path: str, owner: Element) -> None:
-        """Add a body or frame, with the frames among its components."""
-        if path in self._owners:
-            raise owner.error(f"there is another one, in line {self._owners[path].line}")
-        self._owners[path] = owner
-        self._add_offsets(path, owner.items("components"))
-
-    def _add_offsets(self, path: str, components: list[Element]) -> None:
-        refuse_active(components)
-        frames = [each for each in components if each.tag in FRAMES]
-        for frame in frames:
-            frame.allow("socket_parent", "translation", "orientation", *PARTS)
-            self._add_owner(f"{path}/{frame.name}", frame)
-        for frame in frames:
-            own = f"{path}/{frame.name}"
-            parent = self._path(frame.get("socket_parent"), own)
-            self._offsets[own] = parent, pose(frame, "orientation", "translation")
 
     def _end(self, joint: Element) -> End:
         """Where a joint is."""
@@ -216,15 +167,19 @@ class Bodies:
         if body is not None and body.tag == "Body":  # before version 4
             before = pose(joint, "orientation_in_parent", "location_in_parent")
             behind = pose(joint, "orientation", "location")
-            parent = self._path(joint.get("parent_body"), "/")
-            end = End(joint, parent, before, _body_path(body.name), behind)
+            parent = self._frames.path(joint.get("parent_body"), "/")
+            end = End(joint, parent, before, body_path(body.name), behind)
             if not joint.flag("reverse"):
                 return end
             # Its frames are exchanged, and what OpenSim takes for the parent is the child now.
             return End(joint, end.child, behind, end.parent, before)
         own = joint_path(joint)
-        parent, before = self._on_body(self._path(joint.get("socket_parent_frame"), own))
-        child, behind = self._on_body(self._path(joint.get("socket_child_frame"), own))
+        parent, before = self._frames.on_body(
+            self._frames.path(joint.get("socket_parent_frame"), own)
+        )
+        child, behind = self._frames.on_body(
+            self._frames.path(joint.get("socket_child_frame"), own)
+        )
         return End(joint, parent, before, child, behind)
 
     def _join(self, ends: list[End]) -> None:
@@ -266,7 +221,7 @@ class Bodies:
     def _move(self, link: int, H: np.ndarray, axes: list[Axis]) -> Place:
         """The frame behind a joint whose axes begin at the frame `H` of a link; adds its links."""
         leading: dict[str, Axis] = {}
-        for axis in sorted(axes, key=lambda axis: not axis.rotates):  # an angle if it can be one
+        for axis in sorted(axes, key=lambda axis: axis.rotates):  # no angle if it also moves
             if axis.coordinate is not None and axis.is_own:
                 leading.setdefault(axis.coordinate.name, axis)
         apart: dict[str, Coordinate] = {}
@@ -274,7 +229,7 @@ class Bodies:
             coordinate = axis.coordinate
             if coordinate is not None and axis.fixed is None and coordinate.name not in leading:
                 apart[coordinate.name] = coordinate
-        self.links += [_hinge(coordinate) for coordinate in apart.values()]
+        self.links += [_slider(coordinate) for coordinate in apart.values()]
         for axis in axes:
             if axis.fixed is not None or axis.coordinate is None:
                 H = H @ moved(axis, axis.fixed or 0.0)
@@ -336,14 +291,8 @@ class Bodies:
         self.links[place.link] = link._replace(inertia=inertia)
 
 
-def _body_path(name: str) -> str:
-    return GROUND_PATH if name == "ground" else f"/bodyset/{name}"
-
-
-def _hinge(coordinate: Coordinate) -> Link:
-    """A link for a coordinate that is no axis's own value.
-
-    Its mass is a point on its axis, which adds nothing to the equations of motion.
-    """
-    point = Inertia(1.0, np.zeros(3), np.zeros((3, 3)))
-    return Link(Z, GROUND, np.eye(4), coordinate.name, coordinate, None, point)
+def _slider(coordinate: Coordinate) -> Link:
+    """A link without mass for a coordinate that is no axis's own value: OpenSim calls it coupled,
+    and never has it in degrees."""
+    nothing = Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
+    return Link(PRISMATIC, GROUND, np.eye(4), coordinate.name, coordinate, None, nothing)

@@ -14,7 +14,8 @@ PASSIVE = frozenset([
     "SignalGenerator", "TableReporter", "ConsoleReporter", "AccelerationIMU",
     "StatesTrajectoryReporter",
 ])  # fmt: skip
-FRAMES = ("PhysicalOffsetFrame",)
+FRAMES = ("PhysicalOffsetFrame", "StationDefinedFrame")
+STATIONS = ("Station", "Marker")
 CONTROLS = (
     "it is left out: here the methods look for the controls of all actuators, which OpenSim's "
     "controllers would add to"

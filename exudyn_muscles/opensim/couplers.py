@@ -8,6 +8,8 @@ from ..numerics.curves import Curve
 from .element import Element
 from .functions import Line, read_function
 
+COUPLER = "CoordinateCouplerConstraint"
+
 
 class Coupler(NamedTuple):
     """What a coordinate follows: the coordinate `of` by a `function`. `element` is its place."""
@@ -18,13 +20,11 @@ class Coupler(NamedTuple):
 
 
 def read_couplers(model: Element) -> dict[str, Coupler]:
-    """The couplers of a model by the coordinates that follow; other constraints are refused."""
+    """The couplers of a model by the coordinates that follow."""
     couplers: dict[str, Coupler] = {}
     for item in model.items("ConstraintSet"):
-        if not item.is_on:
+        if item.tag != COUPLER or not item.is_on:
             continue
-        if item.tag != "CoordinateCouplerConstraint":
-            item.refuse()
         item.allow(
             "isEnforced", "isDisabled", "coupled_coordinates_function",
             "independent_coordinate_names", "dependent_coordinate_name", "scale_factor",

@@ -14,7 +14,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from ..errors import ModelFileError, ModelFileWarning, ParameterError, cut, warn
+from ..errors import ModelError, ModelFileError, ModelFileWarning, ParameterError, cut, warn
 
 # In SI units nothing in a skeleton is that large, and its fifth power is a number still.
 LARGEST_NUMBER = 1e30
@@ -90,10 +90,10 @@ class Element:
 
     @contextmanager
     def blamed(self) -> Iterator[None]:
-        """Parameters that are outside their ranges are this element's."""
+        """Parameters that are outside their ranges, and loops that do not close, are this one's."""
         try:
             yield
-        except ParameterError as error:
+        except (ModelError, ParameterError) as error:
             raise self.error(str(error)) from None
 
     def refuse(self) -> NoReturn:

@@ -6,55 +6,17 @@ Translations along axes of the parent's frame come before rotations about axes t
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
 from ..motion.coordinate import Coordinate
 from ..numerics.curves import Curve
+from .axes import Axis
 from .element import TWICE, UNKNOWN, Element
+from .ellipsoids import RADII, WINGING, ellipsoid_axes
 from .functions import Line, as_curve, read_function
 
 X, Y, Z = np.eye(3)
-
-
-class Axis(NamedTuple):
-    """One axis of a joint.
-
-    `rotates` about or moves along `direction` (3,), of length one, by the `function` of
-    `coordinate`, which is None for constants. `element` is its place in the file.
-    """
-
-    rotates: bool
-    direction: np.ndarray
-    coordinate: Coordinate | None
-    function: Line | Curve
-    element: Element
-
-    @property
-    def fixed(self) -> float | None:
-        """Its value if it does not move, else None."""
-        if isinstance(self.function, Line) and self.function.slope == 0.0:
-            return self.function.value
-        if self.coordinate is not None and not self.coordinate.locked:
-            return None
-        at = 0.0 if self.coordinate is None else self.coordinate.default_value
-        return float(as_curve(self.function)(at))
-
-    @property
-    def backwards(self) -> Axis:
-        """The same axis from behind."""
-        given = self.function
-        if isinstance(given, Line):
-            return self._replace(function=Line(-given.slope, -given.value))
-        opposite = Curve(lambda q: -given(q), np.unique(given.pieces[1:, 0]).tolist())
-        return self._replace(function=opposite)
-
-    @property
-    def is_own(self) -> bool:
-        """Whether it moves by its coordinate itself, to either side."""
-        moves = isinstance(self.function, Line) and abs(self.function.slope) == 1.0
-        return moves and self.fixed is None
 
 
 # Of every class: whether an axis rotates, its direction, and the number of its coordinate.
@@ -70,6 +32,10 @@ CLASSES: dict[str, tuple[tuple[bool, np.ndarray, int], ...]] = {
         (False, X, 3), (False, Y, 4), (False, Z, 5), (True, X, 0), (True, Y, 1), (True, Z, 2)
     ),
 }  # fmt: skip
+# Numbers of coordinates, of the joints on ellipsoids as well.
+COUNTS = {kind: len(table) for kind, table in CLASSES.items()} | {
+    "EllipsoidJoint": 3, "ScapulothoracicJoint": 4
+}  # fmt: skip
 FRAMES = ("frames", "socket_parent_frame", "socket_child_frame")
 OLD_FRAMES = (
     "parent_body", "location_in_parent", "orientation_in_parent", "location", "orientation",
@@ -83,24 +49,31 @@ AXES = [f"{kind}{k}" for kind in ("translation", "rotation") for k in (1, 2, 3)]
 def read_axes(joint: Element) -> tuple[list[Coordinate], list[Axis]]:
     """A joint's coordinates and axes."""
     custom = joint.tag == "CustomJoint"
-    if not custom and joint.tag not in CLASSES:
+    if not custom and joint.tag not in COUNTS:
         joint.refuse()
-    joint.allow(*FRAMES, *OLD_FRAMES, *COORDINATES, *(["SpatialTransform"] if custom else []))
+    own = {"CustomJoint": ["SpatialTransform"], "ScapulothoracicJoint": WINGING}.get(joint.tag, ())
+    joint.allow(*FRAMES, *OLD_FRAMES, *COORDINATES, RADII.get(joint.tag, ""), *own)
     members = [*joint.items("coordinates"), *joint.items("CoordinateSet")]
     coordinates = [_coordinate(member) for member in members]
+    if not custom and len(coordinates) != COUNTS[joint.tag]:
+        raise joint.error(f"expected {COUNTS[joint.tag]} coordinates, found {len(coordinates)}")
     if custom:
         axes = _custom_axes(joint, coordinates)
+    elif joint.tag in RADII:
+        axes = ellipsoid_axes(joint, coordinates)
     else:
-        table = CLASSES[joint.tag]
-        if len(coordinates) != len(table):
-            raise joint.error(f"expected {len(table)} coordinates, found {len(coordinates)}")
         line = Line(1.0, 0.0)
         axes = [
-            Axis(rotates, direction, coordinates[k], line, joint) for rotates, direction, k in table
+            Axis(rotates, direction, coordinates[k], line, joint)
+            for rotates, direction, k in CLASSES[joint.tag]
         ]
-    turned = [axis.coordinate.name for axis in axes if axis.coordinate and axis.rotates]
+    pure = [axis for axis in axes if axis.coordinate and axis.pure]
+    turned, moved = (
+        {axis.coordinate.name for axis in pure if axis.coordinate and axis.rotates == rotates}
+        for rotates in (True, False)
+    )
     path = joint_path(joint)
-    known = [replace(each, rotates=each.name in turned, joint=path) for each in coordinates]
+    known = [replace(each, rotates=each.name in turned - moved, joint=path) for each in coordinates]
     return known, axes
 
 
@@ -125,6 +98,7 @@ def _coordinate(element: Element) -> Coordinate:
         element.flag("clamped"),
         element.flag("locked"),
         prescribed=_prescribed(element),
+        follows_constraints=element.flag("is_free_to_satisfy_constraints"),
     )
 
 
@@ -180,4 +154,6 @@ def _custom_axis(element: Element, coordinates: list[Coordinate]) -> Axis:
     if not names and not (isinstance(given, Line) and given.slope == 0.0):
         raise element.error("a function without a coordinate")
     rotates = element.name.startswith("rotation")
-    return Axis(rotates, direction / length, found[0] if found else None, given, element)
+    linear = function is None or function.tag == "LinearFunction"
+    pure = linear and isinstance(given, Line) and abs(given.slope) == 1.0
+    return Axis(rotates, direction / length, found[0] if found else None, given, element, pure)

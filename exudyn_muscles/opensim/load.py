@@ -15,13 +15,18 @@ from ..errors import ParameterError
 from ..forces.actuators import Reserve
 from ..forces.external import ExternalForce
 from ..model import MusculoskeletalModel
+from ..skeleton.base import ExudynSkeleton
+from ..skeleton.closed import Closed
+from ..skeleton.closures import Loops
 from ..skeleton.coupling import DependentCoordinate
 from ..skeleton.dependent import Dependent
 from ..skeleton.external_forces import add_external_force
 from ..skeleton.passive import PassiveForce, add_passive_forces
 from ..skeleton.reading import JOINTS
+from ..skeleton.skeleton import Skeleton
 from .actuators import ACTUATORS, read_actuator
 from .bodies import Bodies, Link
+from .closures import read_closures
 from .components import named_apart, refuse_active, warn_of_controllers
 from .document import read_document
 from .element import Element
@@ -169,20 +174,19 @@ def read_model(
     gravity = model.vector("gravity", default=(0.0, -9.80665, 0.0))
     forces = [] if external_loads is None else read_external_loads(external_loads, bodies)
     names = [link.name for link in bodies.links]
-    if inverse:
-        reserves += [
-            Reserve(link.name, 1.0, name=f"{link.name}_actuator")
-            for link in bodies.links
-            if link.follows is None
-        ]
-    reserves += [
-        Reserve(link.name, FREELY, name=f"{link.name}_held")
-        for link in bodies.links
-        if link.follows is None and _is_held(link, tracked)
-    ]
     dependent = [link.follows for link in bodies.links if link.follows is not None]
+    closures = read_closures(model, bodies)
+    loops = Loops(closures, _held_first(bodies.links, tracked or ())) if closures else None
     with model.blamed():
         mbs, tree = _build(bodies.links, dependent, gravity, forces, passive)
+        free = Skeleton(mbs, tree, names, dependent, loops).coordinates
+        if inverse:
+            reserves += [Reserve(name, 1.0, name=f"{name}_actuator") for name in free]
+        reserves += [
+            Reserve(link.name, FREELY, name=f"{link.name}_held")
+            for link in bodies.links
+            if link.name in free and _is_held(link, tracked)
+        ]
         built = MusculoskeletalModel(
             mbs,
             tree,
@@ -190,7 +194,10 @@ def read_model(
             coordinates=names,
             dependent_coordinates=dependent,
             reserves=reserves,
+            loops=loops,
         )
+        if loops is not None:
+            _close(built.skeleton)
     return Content(built, tuple(bodies.coordinates), frozenset(idle))
 
 
@@ -209,6 +216,25 @@ def _is_held(link: Link, tracked: Collection[str] | None) -> bool:
     """Whether an ideal actuator moves an independent coordinate, whatever it takes."""
     untracked = tracked is not None and link.name not in tracked
     return untracked or link.coordinate.prescribed is not None
+
+
+def _close(skeleton: ExudynSkeleton) -> None:
+    """Begin in the pose that is next to the file's and in which all loops are closed."""
+    assert isinstance(skeleton, Skeleton) and isinstance(skeleton.basis, Closed)
+    skeleton.set_initial_state(skeleton.basis.pose, skeleton.initial_state()[1])
+
+
+def _held_first(links: list[Link], tracked: Collection[str]) -> list[str]:
+    """Independent coordinates in the order in which constraints may hold them: the last of those
+    first that OpenSim lets follow them, and those last that have tasks or are prescribed."""
+
+    def rank(link: Link) -> int:
+        if link.name in tracked or link.coordinate.prescribed is not None:
+            return 2
+        return 0 if link.coordinate.follows_constraints else 1
+
+    own = [link for link in links[::-1] if link.follows is None]
+    return [link.name for link in sorted(own, key=rank)]
 
 
 def _start(

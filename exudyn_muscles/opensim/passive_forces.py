@@ -27,8 +27,9 @@ from ..path.points import PathPoint
 from ..skeleton.passive import PassiveForce
 from .bodies import Bodies
 from .element import ON, Element
-from .frames import Place, pose
+from .frames import pose
 from .functions import as_curve, read_function
+from .linkers import LINKED, linked_frames
 from .paths import path_tags, read_path
 
 ALWAYS = ("isDisabled", *ON)
@@ -187,10 +188,8 @@ def _bushing(element: Element, bodies: Bodies, _: object) -> list[PassiveForce]:
     damping = ("rotational_damping", "translational_damping")
     stiffness = ("rotational_stiffness", "translational_stiffness")
     is_formula = element.tag == "ExpressionBasedBushingForce"
-    old = [f"{what}body_{k}" for k in (1, 2) for what in ("", "location_", "orientation_")]
-    frames = ("frames", "socket_frame1", "socket_frame2", *old)
-    element.allow(*ALWAYS, *frames, *damping, *((*FORMULAS, *SEEN) if is_formula else stiffness))
-    places = _frames_of_bushing(element, bodies)
+    element.allow(*ALWAYS, *LINKED, *damping, *((*FORMULAS, *SEEN) if is_formula else stiffness))
+    places = linked_frames(element, bodies, "/forceset")
     formulas = [element.word(name, default="0") for name in FORMULAS] if is_formula else []
     K = [] if is_formula else [element.vector(name, default=nothing) for name in stiffness]
     return [
@@ -203,20 +202,6 @@ def _bushing(element: Element, bodies: Bodies, _: object) -> list[PassiveForce]:
             formulas=formulas,
         )
     ]
-
-
-def _frames_of_bushing(element: Element, bodies: Bodies) -> list[Place]:
-    """Both frames of a bushing; before version 4 they are given by their place on bodies."""
-    if element.find("body_1") is not None:
-        places = []
-        for k in (1, 2):
-            body = bodies.place(element.get(f"body_{k}"))
-            on_body = pose(element, f"orientation_body_{k}", f"location_body_{k}")
-            places.append(Place(body.link, body.pose @ on_body))
-        return places
-    path = f"/forceset/{element.name}"
-    bodies.add_frames(path, element.items("frames"))
-    return [bodies.place(element.get(f"socket_frame{k}"), path) for k in (1, 2)]
 
 
 def _smooth_contact(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
 from operator import mul
 
 import numpy as np
@@ -12,7 +11,14 @@ from scipy.spatial.transform import Rotation
 from ..numerics.curves import Curve
 from ..path.functions import FunctionPath
 from ..path.points import BEYOND_RANGE, ConditionalPathPoint, MovingPathPoint, PathPoint
-from ..path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapSurface
+from ..path.surfaces import (
+    PathWrap,
+    WrapCylinder,
+    WrapEllipsoid,
+    WrapSphere,
+    WrapSurface,
+    WrapTorus,
+)
 from .bodies import Bodies
 from .element import Element
 from .frames import Place, pose
@@ -70,7 +76,7 @@ def _point(element: Element, bodies: Bodies) -> PathPoint | MovingPathPoint | No
     place = bodies.place(element.get(*frame))
     if element.tag == "MovingPathPoint":
         with element.blamed():
-            return _moving_point(element, place, bodies.locked)
+            return _moving_point(element, place, bodies)
     position = place.at(element.vector("location")).tolist()
     if element.tag == "PathPoint":
         element.allow(*frame, "location")
@@ -88,20 +94,24 @@ def _point(element: Element, bodies: Bodies) -> PathPoint | MovingPathPoint | No
         )
 
 
-def _moving_point(
-    element: Element, place: Place, locked: Mapping[str, float]
-) -> PathPoint | MovingPathPoint:
+def _moving_point(element: Element, place: Place, bodies: Bodies) -> PathPoint | MovingPathPoint:
+    """A point that moves with a coordinate, beyond whose range it stays where it is."""
     locations, coordinates = [f"{x}_location" for x in "xyz"], [f"{x}_coordinate" for x in "xyz"]
     sockets = [f"socket_{coordinate}" for coordinate in coordinates]
     # Before version 4 points that move had a location as well, which meant nothing.
     element.allow("socket_parent_frame", "body", "location", *locations, *coordinates, *sockets)
+    ranges = {each.name: each.range for each in bodies.coordinates}
     functions, names = [], set()
     for location, *tags in zip(locations, sockets, coordinates, strict=True):
         function = read_function(element.object(location))
         if not (isinstance(function, Line) and function.slope == 0.0):
             name = _coordinate(element, *tags)
-            if name in locked:
-                function = Line(0.0, float(as_curve(function)(locked[name])))
+            if name not in ranges:
+                raise element.get(*tags).error(f"there is no coordinate '{name}'")
+            low, high = ranges[name]
+            if name in bodies.locked or not low < high:
+                value = min(max(bodies.locked.get(name, low), low), high)
+                function = Line(0.0, float(as_curve(function)(value)))
             else:
                 names.add(name)
         functions.append(function)
@@ -110,15 +120,22 @@ def _moving_point(
         return PathPoint(place.at(np.array(position)).tolist(), place.link)
     if len(names) > 1:
         raise element.error(f"expected a point that moves with one coordinate, found {len(names)}")
+    name = names.pop()
+    low, high = ranges[name]
     curves = [as_curve(function) for function in functions]
     breaks = np.unique(np.concatenate([curve.pieces[1:, 0] for curve in curves]))
+    breaks = np.array([low, *breaks[(breaks > low) & (breaks < high)], high])
 
     def component(row: int) -> Curve:
         *turn, shift = place.pose[row]
-        return Curve(lambda q: sum(map(mul, turn, (c(q) for c in curves)), shift), breaks.tolist())
+        return Curve(
+            lambda q: sum(map(mul, turn, (c(q) for c in curves)), shift),
+            breaks.tolist(),
+            (0.0, 0.0),
+        )
 
     x, y, z = (component(row) for row in range(3))
-    return MovingPathPoint(x, y, z, place.link, coordinate=names.pop())
+    return MovingPathPoint(x, y, z, place.link, coordinate=name)
 
 
 def _coordinate(element: Element, *tags: str) -> str:
@@ -148,7 +165,7 @@ def _angles(R: np.ndarray) -> np.ndarray:
 def _surface(element: Element, place: Place) -> WrapSurface:
     """A surface given in a frame."""
     sizes = {"WrapCylinder": ["radius", "length"], "WrapSphere": ["radius"]}
-    sizes["WrapEllipsoid"] = ["dimensions"]
+    sizes |= {"WrapEllipsoid": ["dimensions"], "WrapTorus": ["inner_radius", "outer_radius"]}
     if element.tag not in sizes:
         element.refuse()
     element.allow(
@@ -170,4 +187,7 @@ def _surface(element: Element, place: Place) -> WrapSurface:
             return WrapCylinder(element.number("radius"), element.number("length"), **where)
         if element.tag == "WrapSphere":
             return WrapSphere(element.number("radius"), **where)
+        if element.tag == "WrapTorus":
+            radii = (element.number(name) for name in sizes["WrapTorus"])
+            return WrapTorus(*radii, **where)
         return WrapEllipsoid(element.vector("dimensions").tolist(), **where)

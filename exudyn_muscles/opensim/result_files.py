@@ -97,7 +97,7 @@ def controls(trajectory: Trajectory, reserves: Sequence[Actuator] = ()) -> Stora
     Parameters
     ----------
     trajectory : Trajectory
-    reserves : sequence of Reserve, PointActuator or TorqueActuator
+    reserves : sequence of Reserve, PointActuator, TorqueActuator or PathActuator
         Those of the model.
 
     Raises
@@ -156,7 +156,7 @@ def write_results(
     stem : str or Path
         What the files' names begin with: `<stem>_states.sto`, `_controls.sto`, `_Kinematics_q.sto`,
         `_Actuation_force.sto` and `_pErr.sto`.
-    reserves : sequence of Reserve, PointActuator or TorqueActuator
+    reserves : sequence of Reserve, PointActuator, TorqueActuator or PathActuator
         Those of the model; not needed beside it.
     model : MusculoskeletalModel, optional
     described : sequence of Coordinate, optional

@@ -19,13 +19,13 @@ import numpy as np
 
 from ..numerics.curves import evaluate
 from ..numerics.kernel import kernel
+from .cylinder import FIRST_DIRECTION, SECOND_DIRECTION
 from .frames import point_positions
 from .functions import function_pulls
 from .paths import COORDINATE, CURVES, Paths
 from .pulls import PULL_COLUMNS, Pulls, pull_coordinate, pull_link
 from .rope import distance, is_arc, lay
 from .surfaces import LINK
-from .wrapping import FIRST_DIRECTION, SECOND_DIRECTION
 
 X = CURVES.start
 

@@ -9,9 +9,9 @@ from .geodesic import follow_geodesic, steps_over
 from .geometry import lay_muscle, move_points, numbers_of_room, room_in
 from .paths import Paths
 from .rope import from_surface, is_arc, surface_frames
-from .surfaces import CYLINDER, FIRST, HALF_LENGTH, LAST, RADII, SHAPE
+from .surfaces import CYLINDER, FIRST, HALF_LENGTH, LAST, RADII, SHAPE, TORUS
 
-PARTS_OF_AN_ARC = 12
+PARTS_OF_AN_ARC, PARTS_OF_A_RING = 12, 24
 
 
 def lines(paths: Paths, R: np.ndarray, p: np.ndarray, q: np.ndarray) -> list[np.ndarray]:
@@ -44,8 +44,23 @@ def surfaces(paths: Paths, R: np.ndarray, p: np.ndarray) -> list[tuple[int, np.n
     for row in np.unique(rows, axis=0):
         frames, pose = np.empty((4, 3)), np.eye(4)
         surface_frames(row[None], 0, 1, R, p, frames)
+        if row[SHAPE] == TORUS:
+            found += _ring(row[RADII], frames)
+            continue
         pose[:3, :3], pose[:3, 3] = frames[:3].T * row[RADII], frames[3]
         found.append((int(row[SHAPE]), pose, float(row[HALF_LENGTH])))
+    return found
+
+
+def _ring(radii: np.ndarray, frames: np.ndarray) -> list[tuple[int, np.ndarray, float]]:
+    """A torus as cylinders one after the other."""
+    (tube, circle, _), (x, y, z, center), found = radii, frames, []
+    for angle in 2.0 * np.pi * np.arange(PARTS_OF_A_RING) / PARTS_OF_A_RING:
+        outward = np.cos(angle) * x + np.sin(angle) * y
+        pose = np.eye(4)
+        pose[:3, :3] = tube * np.column_stack([outward, -z, np.cross(outward, -z)])
+        pose[:3, 3] = center + circle * outward
+        found.append((CYLINDER, pose, circle * np.tan(np.pi / PARTS_OF_A_RING)))
     return found
 
 
@@ -63,6 +78,9 @@ def _rope(
         points.append(room.rope[k])
         if k + 1 < count and is_arc(tags[k], tags[k + 1]):
             w = (-1 - tags[k]) // 2
+            if paths.wraps[offset + w, SHAPE] == TORUS:
+                points += _over_tube(room.contacts[4 * w : 4 * w + 4], room.arcs[w], w, room.frames)
+                continue
             radii = paths.wraps[offset + w, RADII]
             inverse_squares = 1.0 / radii**2
             if paths.wraps[offset + w, SHAPE] == CYLINDER:
@@ -77,3 +95,16 @@ def _rope(
                 from_surface(room.frames, w, y, point)
                 points.append(point)
     return np.array(points).reshape(-1, 3)
+
+
+def _over_tube(contact: np.ndarray, arc: float, w: int, frames: np.ndarray) -> list[np.ndarray]:
+    """Points between the tangent points on a torus: a cubic with the directions there."""
+    first, last, ahead, behind = contact
+    points = []
+    for s in np.arange(1, PARTS_OF_AN_ARC) / PARTS_OF_AN_ARC:
+        slopes = s * (1.0 - s) ** 2 * arc * ahead - s * s * (1.0 - s) * arc * behind
+        local = (1.0 + 2.0 * s) * (1.0 - s) ** 2 * first + s * s * (3.0 - 2.0 * s) * last + slopes
+        point = np.empty(3)
+        from_surface(frames, w, local, point)
+        points.append(point)
+    return points

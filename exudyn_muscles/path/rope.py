@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 
 from ..numerics.kernel import kernel
+from .cylinder import CUT, FREE
 from .paths import COORDINATE, HIGH, LOW
 from .surfaces import FIRST, LAST, LINK, POSITION, ROTATION, SIDE
-from .wrapping import CUT, FREE, wrap_over
+from .wrapping import wrap_over
 
 SWEEPS = 300  # over the surfaces of one muscle
 # Surfaces that overlap can displace each other for ever. From this sweep on each stays where it is

@@ -22,7 +22,7 @@ from .frames import GROUND
 SHAPE, LINK, FIRST, LAST, AXIS, SIDE, HALF_LENGTH = range(7)
 RADII, POSITION, ROTATION = slice(7, 10), slice(10, 13), slice(13, 22)
 WRAP_COLUMNS = 22
-CYLINDER, SPHERE, ELLIPSOID = range(3)
+CYLINDER, SPHERE, ELLIPSOID, TORUS = range(4)
 
 LARGEST = 1e3  # radius, length [m]
 LARGEST_RATIO = 10.0  # of an ellipsoid's radii
@@ -30,7 +30,7 @@ LARGEST_RATIO = 10.0  # of an ellipsoid's radii
 
 @dataclass(frozen=True)
 class WrapSurface:
-    """What all surfaces have in common; use `WrapCylinder`, `WrapSphere` or `WrapEllipsoid`.
+    """What all surfaces have in common; use `WrapCylinder`, `WrapSphere`, ...
 
     Parameters
     ----------
@@ -179,12 +179,46 @@ class WrapEllipsoid(WrapSurface):
 
 
 @dataclass(frozen=True)
+class WrapTorus(WrapSurface):
+    """A torus about its z axis: a muscle runs through its hole, over the tube's inner side.
+
+    Parameters
+    ----------
+    inner_radius : float
+        Of the tube [m].
+    outer_radius : float
+        Of the circle that the tube is around [m], larger than that; OpenSim's names.
+    **surface
+        As in `WrapSurface`; with a side nothing wraps while the muscle's straight line is next to
+        the circle on the other side.
+    """
+
+    inner_radius: float
+    outer_radius: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("inner_radius", "outer_radius"):
+            object.__setattr__(self, name, self._set_size(name, getattr(self, name)))
+        if not self.inner_radius < self.outer_radius:
+            raise ParameterError(
+                f"{self}: outer_radius = {self.outer_radius:g} m is not above inner_radius = "
+                f"{self.inner_radius:g} m"
+            )
+
+    def row(self) -> np.ndarray:
+        row = super().row()
+        row[SHAPE], row[RADII] = TORUS, (self.inner_radius, self.outer_radius, 0.0)
+        return row
+
+
+@dataclass(frozen=True)
 class PathWrap:
     """A surface that a part of a path may wrap over.
 
     Parameters
     ----------
-    surface : WrapCylinder, WrapSphere or WrapEllipsoid
+    surface : WrapCylinder, WrapSphere, WrapEllipsoid or WrapTorus
     first, last : int
         The path points between which it may wrap, as indices of the muscle's `path`: from 0, or
         from -1 backwards. The whole path if left out.

@@ -148,7 +148,7 @@ class Excitations:
             As `read_storage` reads it.
         muscles : sequence of str
             Names of the m muscles; other columns do not matter.
-        reserves : sequence of Reserve, PointActuator or TorqueActuator
+        reserves : sequence of Reserve, PointActuator, TorqueActuator or PathActuator
             Those of the model, whose optimal forces the controls are multiplied with; their columns
             have their names.
 

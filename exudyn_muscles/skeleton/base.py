@@ -14,6 +14,7 @@ from contextlib import AbstractContextManager
 import exudyn as exu
 import numpy as np
 
+from ..forces.actuators import ActuatorTable
 from ..path.paths import Paths
 from .ahead import TRAPEZOIDAL, Rule
 from .geometry import Mounted
@@ -88,8 +89,8 @@ class ExudynSkeleton(ABC):
         """
 
     @abstractmethod
-    def mount(self, paths: Paths, muscles: Sequence[str], actuators: np.ndarray) -> Mounted:
-        """The paths of these muscles and the actuators in an `actuator_table`, put on it."""
+    def mount(self, paths: Paths, muscles: Sequence[str], actuators: ActuatorTable) -> Mounted:
+        """The paths of these muscles and the actuators, put on it."""
 
     @abstractmethod
     def check_assembled(self) -> None:
@@ -254,10 +255,10 @@ class ExudynSkeleton(ABC):
         """The `place` of `dynamics_ahead` at each of the coordinates `q` (k, n)."""
         return (self.dynamics_ahead(row, v, t, rule).place for row in q)
 
-    @abstractmethod
     def dynamics_held(self) -> Dynamics:
         """As `dynamics`, where what nobody tracks does not give way but keeps its place, as far as
         it is stiff."""
+        return self.dynamics()
 
     @abstractmethod
     def _dynamics_there(
@@ -285,9 +286,9 @@ class ExudynSkeleton(ABC):
             The solver's initial accelerations are wrong, and stay so.
         """
 
-    @abstractmethod
     def ideal_load(self, there: Dynamics, torque: np.ndarray) -> np.ndarray:
         """The load of torques (n,) on the coordinates themselves."""
+        return torque
 
     @abstractmethod
     def apply(self, load: np.ndarray | None, here: Dynamics | None = None) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import WrappingError
-from ..forces.actuators import COORDINATE, KIND, ON, columns
+from ..forces.actuators import COORDINATE, KIND, ON, ActuatorTable, columns
 from ..forces.jacobian import generalized
 from ..numerics.curves import PackedCurves
 from ..numerics.kernel import kernel
@@ -117,8 +117,9 @@ def compile_geometry(
     return geometry
 
 
-def compile_columns(tree: Tree, table: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """The function q (N,) -> S (N, r) of the actuators in an `actuator_table`."""
+def compile_columns(tree: Tree, actuators: ActuatorTable) -> Callable[[np.ndarray], np.ndarray]:
+    """The function q (N,) -> S (N, r) of the actuators; raises WrappingError."""
+    table, paths, names = actuators
     shape = len(tree), len(table)
     if (table[:, KIND] == COORDINATE).all():
         constant = np.zeros(shape)
@@ -127,11 +128,14 @@ def compile_columns(tree: Tree, table: np.ndarray) -> Callable[[np.ndarray], np.
         return lambda q: constant
 
     tables, (R, p, axes) = tree.tables(), tree_frames(tree, tree.reference)  # work space
+    tension, along, rest = compile_geometry(tree, paths, names), actuators.along, tree.reference
 
     def of_tree(q: np.ndarray) -> np.ndarray:
         link_frames(*tables, q, R, p, axes)
         S = np.empty(shape)
         columns(tree.joints, tree.parents, R, p, axes, table, S)
+        if names:
+            S[:, along] = tension(q, rest).moment_arms.T
         return S
 
     return of_tree

@@ -16,14 +16,15 @@ import numpy as np
 
 from ..checks import check_link_exists
 from ..errors import ModelError
+from ..forces.actuators import ActuatorTable
 from ..path.paths import Paths
 from .ahead import Rule
 from .base import ExudynSkeleton
+from .basis import basis_of
+from .closures import Loops
 from .coupling import DependentCoordinate
-from .dependent import Dependent
 from .geometry import Mounted, compile_columns, compile_geometry, with_columns
 from .hold import Hold, hold
-from .independent import Independent
 from .opened import Dynamics, NotOpen, Opened, fastest
 from .reading import (
     check_assembled,
@@ -51,12 +52,14 @@ class Skeleton(ExudynSkeleton):
         Names of the N coordinates; `q0`, `q1`, ... if left out.
     dependent : sequence of DependentCoordinate
         Those that are functions of others.
+    loops : Loops, optional
+        Those that are closed.
 
     Attributes
     ----------
     object : ObjectIndex
         The kinematic tree.
-    basis : Independent or Dependent
+    basis : Independent, Dependent or Closed
         What the independent coordinates z are in the tree's.
     coordinates : tuple of str
         Names of the n independent coordinates.
@@ -85,6 +88,7 @@ class Skeleton(ExudynSkeleton):
         tree: int,
         coordinates: Sequence[str] | None = None,
         dependent: Sequence[DependentCoordinate] = (),
+        loops: Loops | None = None,
     ) -> None:
         super().__init__(mbs)
         self.object = tree
@@ -96,14 +100,15 @@ class Skeleton(ExudynSkeleton):
             raise ModelError(
                 f"coordinates: the tree needs {n} different names, got {len(names)}: {names}"
             )
-        self.basis = Dependent(dependent, names) if dependent else Independent()
+        first = mbs.systemData.GetObjectLTGODE2(tree)[0]
+        self.rows = slice(first, first + n)
+        near = self.initial_arrays()[0][self.rows]
+        self.basis = basis_of(self.tree, names, dependent, loops, near)
         free = self.basis.part(np.arange(n))
         self.tree_coordinates = tuple(names)
         self.coordinates = tuple(names[j] for j in free)
         self.system_names = ()
         self.units = tuple("m" if self.tree.joints[j] >= PRISMATIC else "rad" for j in free)
-        first = mbs.systemData.GetObjectLTGODE2(tree)[0]
-        self.rows = slice(first, first + n)
         self.free = self.basis.within(self.rows)
         # Since the last `open`; read in every iteration, so that nothing is asked on the way.
         self._opened = cast(Opened, NotOpen(mbs, self.rows))
@@ -111,10 +116,10 @@ class Skeleton(ExudynSkeleton):
     def frame_number(self, what: str, link: int) -> int:
         return check_link_exists(what, link, len(self.tree))
 
-    def mount(self, paths: Paths, muscles: Sequence[str], actuators: np.ndarray) -> Mounted:
+    def mount(self, paths: Paths, muscles: Sequence[str], actuators: ActuatorTable) -> Mounted:
         columns = compile_columns(self.tree, actuators)
         geometry = compile_geometry(self.tree, paths, muscles)
-        if len(actuators):
+        if len(actuators.rows):
             geometry = with_columns(geometry, columns)
         return Mounted(self.basis.geometry(geometry), columns)
 
@@ -247,9 +252,6 @@ class Skeleton(ExudynSkeleton):
             state.restore(before)
         return found
 
-    def dynamics_held(self) -> Dynamics:
-        return self.dynamics()
-
     def _dynamics_there(
         self, q: np.ndarray, v: np.ndarray, t: float, ahead: Rule | None
     ) -> Dynamics:
@@ -294,9 +296,6 @@ class Skeleton(ExudynSkeleton):
         q[self.free] += dq
         v[self.free] += dv
         self.basis.state(self._opened)  # what depends on them follows
-
-    def ideal_load(self, there: Dynamics, torque: np.ndarray) -> np.ndarray:
-        return torque
 
     def apply(self, torque: np.ndarray | None, here: Dynamics | None = None) -> None:
         self.basis.apply(self._opened, torque, here)

@@ -1,5 +1,6 @@
 """Ideal actuators: what they are on the coordinates."""
 
+import dataclasses
 import re
 
 import exudyn as exu
@@ -17,6 +18,7 @@ from exudyn_muscles.forces.actuators import actuator_names
 
 from .. import leg
 from ..path.trees import add_tree, random_links
+from ..skeleton.system.joints import prismatic
 
 VECTOR, POINT = np.array([2.0, -1.0, 2.0]) / 3.0, np.array([0.1, -0.2, 0.05])
 SIZE = 7.0
@@ -208,6 +210,49 @@ def test_a_link_that_does_not_exist(actuator):
     mbs.Assemble()
     with pytest.raises(em.ParameterError, match="'X' is on link 5, but the tree has links 0 to 4"):
         em.MusculoskeletalModel(mbs, tree, [muscle()], reserves=[actuator])
+
+
+def test_path_actuators_pull_as_muscles_do_on_a_tree():
+    mbs, tree, (q, v) = tree_of(3)
+    mbs.Assemble()
+    path = [em.PathPoint([0.3, -0.2, 0.1]), em.PathPoint([0.2, 0.1, 0.0], link=4)]
+    wrap = em.WrapSphere(0.03, position=[0.05, 0.0, 0.0], link=1)
+    cable = em.PathActuator("cable", path=path, wraps=[wrap], optimal_force=2.0)
+    given = [em.Reserve("q1", 1.0), cable, em.PointActuator("X", **POINT_ACTUATOR)]
+    wrapped = dataclasses.replace(muscle(), path=path, wraps=[wrap])
+    model = em.MusculoskeletalModel(mbs, tree, [wrapped], reserves=given)
+    geometry = model.geometry(q, v)
+    r = geometry.moment_arms[0]
+    assert np.abs(r).max() > 0.01
+    np.testing.assert_array_equal(geometry.columns[:, 1], r)
+    np.testing.assert_array_equal(geometry.columns[:, 0], [0.0, 1.0, 0.0, 0.0, 0.0])
+    alone = em.MusculoskeletalModel(mbs, tree, [muscle()], reserves=given[2:])
+    np.testing.assert_array_equal(geometry.columns[:, 2], alone.columns(q)[:, 0])
+
+
+def test_path_actuators_pull_as_muscles_do_on_bodies():
+    mbs = exu.SystemContainer().AddSystem()
+    ground = mbs.CreateGround()
+    tracked, paths, z = prismatic(mbs, ground, exu.NodeType.RotationEulerParameters)
+    mbs.Assemble()
+    cables = [
+        em.PathActuator(f"cable{k}", path=path, optimal_force=1.0) for k, path in enumerate(paths)
+    ]
+    muscles = [
+        dataclasses.replace(muscle(), name=f"unit{k}", path=path) for k, path in enumerate(paths)
+    ]
+    model = em.MusculoskeletalModel(mbs, tracked, muscles, reserves=cables)
+    geometry = model.geometry(np.array(z), np.zeros(1))
+    assert np.abs(geometry.moment_arms).min() > 0.1
+    np.testing.assert_array_equal(geometry.columns.T, geometry.moment_arms)
+
+
+def test_a_path_actuator_needs_a_path():
+    mbs, tree, _ = tree_of(0)
+    mbs.Assemble()
+    cable = em.PathActuator("cable", path=[em.PathPoint([0.0, 0.0, 0.0])], optimal_force=1.0)
+    with pytest.raises(em.ParameterError, match="actuator 'cable': a path needs at least two"):
+        em.MusculoskeletalModel(mbs, tree, [muscle()], reserves=[cable])
 
 
 def test_names():

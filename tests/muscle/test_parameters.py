@@ -38,6 +38,29 @@ def test_zero_is_not_allowed(parameter):
         em.Muscle("flexor", **{**GOOD, parameter: 0.0})
 
 
+def test_rigid_tendons_may_have_no_length():
+    """The muscle is its fibre: as with a tendon, and a path that is longer by it."""
+    path = np.linspace(0.07, 0.12, 6)
+    forces = []
+    for slack in (0.0, 0.2):
+        muscles = em.MuscleSet(
+            em.Muscle(
+                f"unit{k}",
+                **GOOD | {"tendon_slack_length": slack},
+                ignore_tendon_compliance=True,
+            )
+            for k in range(path.size)
+        )
+        a, l_t, rest = np.full(6, 0.5), np.full(6, slack), np.zeros(6)
+        now = em.muscle_dynamics(muscles, a, l_t, slack + path, rest)
+        lengths, speeds = (slack + path, slack + path + 0.001), (rest, rest + 0.2)
+        end = em.integrate_window(muscles, a, l_t, np.ones(6), lengths, speeds, 0.01)
+        forces.append([now.tendon_force, end.force, end.activation])
+        np.testing.assert_array_equal(end.tendon_length, slack)
+    assert np.min(forces[0][0]) > 10.0
+    np.testing.assert_allclose(*forces, rtol=1e-12)
+
+
 @pytest.mark.parametrize("parameter", RANGES)
 def test_ends_of_the_range_are_allowed(parameter):
     for value in RANGES[parameter][:2]:

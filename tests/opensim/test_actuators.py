@@ -118,6 +118,18 @@ def test_a_torque_actuator_works_between_two_bodies(on, against, is_global, load
     np.testing.assert_allclose(loaded.model.columns(Q)[:, 0], expected, rtol=0, atol=1e-11)
 
 
+def test_a_path_actuator_pulls_along_its_path(load):
+    """With OpenSim's tension, positive."""
+    path = "".join(muscle().partition("<GeometryPath>")[1:]).partition("</GeometryPath>")[0]
+    cable = f'<PathActuator name="cable">{path}</GeometryPath><optimal_force>7</optimal_force>'
+    loaded = load(muscle(), f"{cable}<max_control>2</max_control></PathActuator>")
+    (found,) = loaded.model.reserves
+    assert (found.optimal_force, found.min_control, found.max_control) == (7.0, -np.inf, 2.0)
+    geometry = loaded.model.geometry(Q, np.zeros(3))
+    assert np.abs(geometry.moment_arms).max() > 0.1
+    np.testing.assert_array_equal(geometry.columns[:, 0], geometry.moment_arms[0])
+
+
 def test_what_is_left_out_has_opensims_defaults(load):
     forces = (
         actuator("PointActuator", "a", body="body", optimal_force=""),

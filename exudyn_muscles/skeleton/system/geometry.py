@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import WrappingError
-from ...forces.actuators import actuator_pulls
+from ...forces.actuators import COLUMNS, ActuatorTable, actuator_pulls
 from ...forces.jacobian import generalized_by_frames
 from ...numerics.curves import PackedCurves
 from ...numerics.kernel import kernel
@@ -78,25 +78,31 @@ def actuator_loads(starts, indices, R, p, J, T, table, loads):
 
 
 def compile_loads(
-    paths: Paths, muscles: Sequence[str], actuators: np.ndarray
+    paths: Paths, muscles: Sequence[str], actuators: ActuatorTable | None = None
 ) -> Callable[[Pose], tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """The function pose -> l, l' (m,) and loads (m + r, N) of muscles, by their names, and of
     actuators; it raises WrappingError."""
     integers, numbers = space_for(paths)
     tables = (*paths[:5], *paths.curves, *paths[6:], integers, numbers)
     m = paths.starts.size - 1
+    rows = np.empty((0, COLUMNS)) if actuators is None else actuators.rows
+    tension = None
+    if actuators is not None and actuators.names:
+        tension, along = compile_loads(actuators.paths, actuators.names), m + actuators.along
 
     def of_pose(pose: Pose) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         _, x_t, (_, starts, indices, _), frames, z, T = pose
-        l, l_t, loads = np.empty(m), np.empty(m), np.empty((m + len(actuators), x_t.size))
+        l, l_t, loads = np.empty(m), np.empty(m), np.empty((m + len(rows), x_t.size))
         failed = frames_geometry(*tables, starts, indices, *frames, z, T, x_t, l, l_t, loads[:m])
         if failed >= 0:
             raise WrappingError(
                 f"muscle '{muscles[failed]}': found no way over an ellipsoid at z = "
                 f"{np.array2string(z, precision=4)}; its line passes too near the center"
             )
-        if len(actuators):
-            actuator_loads(starts, indices, *frames, T, actuators, loads[m:])
+        if len(rows):
+            actuator_loads(starts, indices, *frames, T, rows, loads[m:])
+        if tension is not None:
+            loads[along] = tension(pose)[2]
         return l, l_t, loads
 
     return of_pose

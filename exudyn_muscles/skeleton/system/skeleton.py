@@ -11,6 +11,7 @@ import exudyn as exu
 import numpy as np
 
 from ...errors import ModelError, ParameterError
+from ...forces.actuators import ActuatorTable
 from ...path.paths import Paths
 from ..ahead import Rule
 from ..base import ExudynSkeleton
@@ -90,15 +91,14 @@ class GeneralSkeleton(ExudynSkeleton):
     def frame_number(self, what: str, link: int) -> int:
         return self._frames.number(what, link)
 
-    def mount(self, paths: Paths, muscles: Sequence[str], actuators: np.ndarray) -> Mounted:
+    def mount(self, paths: Paths, muscles: Sequence[str], actuators: ActuatorTable) -> Mounted:
         loads = compile_loads(paths, muscles, actuators)
 
         def geometry(q: np.ndarray, v: np.ndarray, *there: Any) -> Geometry:
             pose, B, _ = there or self._place_at(q, v)[2:]
             return GeometryOnAll(*loads(pose), B)
 
-        m = len(muscles)
-        return Mounted(geometry, lambda pose: loads(pose)[2][m:].T, loads)
+        return Mounted(geometry, lambda pose: loads(pose)[2][len(muscles) :].T, loads)
 
     @property
     def others(self) -> int:

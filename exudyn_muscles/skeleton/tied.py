@@ -1,0 +1,179 @@
+"""Coordinates of a tree of which some are held by others: q = q(z), R = dq/dz.
+
+The equations of motion of the independent ones, z, are
+
+    M_z = R^T M R,    H_z - Q_z = R^T (M R' z' + H - Q).
+
+Exudyn integrates all coordinates and knows of no constraint. Before every residual the dependent
+ones are put where they belong, q, q' and q'', and the torques handed over contain the reaction that
+holds them there, known from inverse dynamics: their rows are in balance, and the other ones are
+those of z. Exudyn thus solves the equation of z itself with whatever integrator, without algebraic
+equations, multipliers or drift. M may be singular as long as M_z is not.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+
+from ..errors import ParameterError
+from .geometry import Geometry
+from .opened import Dynamics, Opened, agree
+from .state import State
+
+
+class HasBasis(Protocol):
+    """What has R = dq/dz (N, n)."""
+
+    @property
+    def R(self) -> np.ndarray: ...
+
+
+class DynamicsOfTree(Dynamics):
+    """`Dynamics` of z with M (N, N) and H - Q (N,) `of_tree`, all of its coordinates."""
+
+    of_tree: tuple[np.ndarray, np.ndarray]
+
+    def __new__(
+        cls, M: np.ndarray, bias: np.ndarray, place: tuple, of_tree: tuple[np.ndarray, np.ndarray]
+    ) -> DynamicsOfTree:
+        self = super().__new__(cls, M, bias, place)
+        self.of_tree = of_tree
+        return self
+
+
+class Tied(ABC):
+    """z are the coordinates that nothing holds; methods as of `Independent`.
+
+    Parameters
+    ----------
+    free, tied : int ndarray
+        The n independent and the k dependent coordinates, by their numbers in the tree.
+
+    Attributes
+    ----------
+    free, tied : int ndarray
+    size : int
+        N, of all coordinates of the tree.
+    """
+
+    known_to_exudyn = False
+
+    def __init__(self, free: np.ndarray, tied: np.ndarray) -> None:
+        self.free, self.tied, self.size = free, tied, free.size + tied.size
+        self._torque = np.zeros(free.size)  # overwritten where the muscles' torques are set
+
+    @abstractmethod
+    def follow_from(
+        self, z: np.ndarray, v: np.ndarray, a: np.ndarray
+    ) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], HasBasis]:
+        """q, q', q'' (N,) from z, z', z'' (n,); the basis is overwritten by the next call."""
+
+    @abstractmethod
+    def follow(self, state: State) -> HasBasis:
+        """Put the dependent coordinates of a state where they belong."""
+
+    @abstractmethod
+    def bent(self, basis: Any, q_t: np.ndarray) -> np.ndarray:
+        """R' z' (N,) of what `follow` has returned, at speeds q' (N,)."""
+
+    def part(self, values: np.ndarray) -> np.ndarray:
+        return values[self.free]
+
+    def within(self, rows: slice) -> np.ndarray:
+        return rows.start + self.free
+
+    def state_of_tree(self, *state: np.ndarray) -> tuple[np.ndarray, ...]:
+        z, n = np.asarray(state[0], dtype=float), self.free.size
+        rows = [np.zeros((z.size // n, n))] * 3
+        for k, values in enumerate(state):
+            rows[k] = np.asarray(values, dtype=float).reshape(rows[k].shape)
+        states = [self.follow_from(*row)[0] for row in zip(*rows, strict=True)]
+        shape = (*z.shape[:-1], self.size)
+        return tuple(np.array([row[k] for row in states]).reshape(shape) for k in range(len(state)))
+
+    def along(
+        self, z: np.ndarray, v: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, Callable[[np.ndarray], np.ndarray]]:
+        k, rest = len(z), np.zeros(self.free.size)
+        q, q_t = np.empty((2, k, self.size))
+        R = np.empty((k, self.size, self.free.size))
+        for i in range(k):
+            (q[i], q_t[i], _), slopes = self.follow_from(z[i], v[i], rest)
+            R[i] = slopes.R
+        return q, q_t, lambda torques: np.matmul(torques[:, None], R)[:, 0]
+
+    def geometry(self, of_tree: Callable[..., Geometry]) -> Callable[..., Geometry]:
+        rest = np.zeros(self.free.size)
+
+        def of_independent(z: np.ndarray, v: np.ndarray) -> Geometry:
+            (q, q_t, _), slopes = self.follow_from(z, v, rest)
+            length, speed, r, S = of_tree(q, q_t)
+            return Geometry(length, speed, r @ slopes.R, slopes.R.T @ S if S.size else S)
+
+        return of_independent
+
+    def state(self, opened: Opened) -> tuple[np.ndarray, np.ndarray]:
+        self.follow(opened.state)
+        return opened.state.q, opened.state.v
+
+    def dynamics(self, opened: Opened, place: tuple) -> Dynamics:
+        basis = self.follow(opened.state)
+        M, bias = opened.dynamics()
+        R, bent = basis.R, self.bent(basis, opened.state.v)
+        return DynamicsOfTree(R.T @ M @ R, R.T @ (M @ bent + bias), place, (M, bias))
+
+    def begin(self, opened: Opened, torque: np.ndarray) -> None:
+        """Also sets the accelerations of the whole system, as Exudyn would compute them."""
+        M, bias, _ = self.dynamics(opened, ())
+        opened.state.a[self.free] = np.linalg.solve(M, torque - bias)
+        opened.accelerate_others()
+        self.apply(opened, torque, None)
+
+    def settle(self, opened: Opened, newmark: bool) -> None:
+        needed = opened.state.current[2]
+        found = needed.copy()
+        self.begin(opened, self._torque)
+        if not (newmark or agree(found, needed)):
+            raise ParameterError(
+                "generalized alpha starts from initial accelerations of its own, which cannot be "
+                "right here: the tree's mass matrix is singular without the reactions of its "
+                "dependent coordinates, or generalizedAlpha.computeInitialAccelerations = False; "
+                "use TrapezoidalIndex2"
+            )
+
+    def apply(self, opened: Opened, torque: np.ndarray | None, here: Dynamics | None) -> None:
+        """Also sets the reactions of the dependent coordinates, which every iterate has anew."""
+        if torque is not None:
+            self._torque[:] = torque
+        R = self.follow(opened.state).R
+        M, bias = here.of_tree if isinstance(here, DynamicsOfTree) else opened.dynamics()
+        balance = M @ opened.state.a + bias
+        balance[self.free] = self._torque - balance[self.tied] @ R[self.tied]
+        opened.apply(balance)
+
+    def applied(self, opened: Opened) -> np.ndarray:
+        return self._torque.copy()
+
+    def reduced(self, opened: Opened, covectors: np.ndarray) -> np.ndarray:
+        return covectors @ self.follow(opened.state).R
+
+    def reduced_rows(self, opened: Opened, exact: np.ndarray) -> np.ndarray:
+        R = self.follow(opened.state).R
+        reduced = R.T @ exact
+        within = reduced[:, opened.rows] @ R
+        reduced[:, opened.rows] = 0.0
+        reduced[:, self.within(opened.rows)] = within
+        return reduced
+
+    def all_rows(self, opened: Opened, wanted: np.ndarray) -> np.ndarray:
+        R = self.follow(opened.state).R
+        rows = np.zeros((self.size, wanted.shape[1]))
+        rows[self.free] = wanted
+        # dq_d = R_d dz
+        rows[self.tied, opened.rows.start + self.tied] = 1.0
+        rows[self.tied[:, None], self.within(opened.rows)] = -R[self.tied]
+        return rows
