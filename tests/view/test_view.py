@@ -19,6 +19,7 @@ from matplotlib.image import imread
 import exudyn_muscles as em
 from exudyn_muscles import view
 from exudyn_muscles.errors import ParameterError
+from exudyn_muscles.shapes import bellies
 from exudyn_muscles.view.colors import BONE, FLESH, FLESH_OPACITY
 from models import pendulum
 
@@ -81,6 +82,19 @@ def test_activation_is_interpolated_in_time(model, trajectory):
     with view.show_muscles(model, trajectory):
         colors, _ = drawn(model)
     assert has_color(colors, view.activation_color(trajectory.activations[30:32, 0].mean()))
+
+
+def test_bellies_thicken_with_force(model, trajectory):
+    """And in depth, where a path of the pendulum has none."""
+    depth = []
+    set_pose(model, trajectory.coordinates[50, 0], trajectory.time[50])
+    for force in (0.0, 3000.0):
+        forces = np.full_like(trajectory.tendon_forces, force)
+        with view.show_muscles(model, dataclasses.replace(trajectory, tendon_forces=forces)):
+            colors, points = drawn(model)
+        belly = (*view.activation_color(trajectory.activations[50, 0])[:3], 1.0)
+        depth.append(np.ptp(points[(np.abs(colors - belly) < 1e-5).all(axis=1), 2]))
+    assert depth[0] == pytest.approx(np.sqrt(bellies.RESTING) * depth[1], rel=1e-6)
 
 
 def test_neutral_color_without_a_trajectory(model):
