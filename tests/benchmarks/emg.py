@@ -1,0 +1,86 @@
+"""Excitations of a published walk beside measured EMG, under every criterion: the table of
+`docs/analysis.md`.
+
+    python -m tests.benchmarks.emg
+
+from the repository's root; its files are in `../shared`. Asserts nothing, and nothing is tuned.
+"""
+
+import sys
+import time
+import warnings
+
+import numpy as np
+
+import exudyn_muscles as em
+from exudyn_muscles import analysis, operators
+
+from ..opensim import REFERENCE
+
+WALK = REFERENCE.parent / "emg18"
+# The file does not say of which leg: its soleus works while the left foot is on its plate.
+SAME = {
+    "soleus_l": "soleus",
+    "gasmed_l": "gastrocnemius",
+    "tibant_l": "tibialis_anterior",
+    "semimem_l": "hamstrings",
+    "bfsh_l": "biceps_femoris",
+    "vasint_l": "vastus",
+    "recfem_l": "rectus_femoris",
+    "glmax2_l": "gluteus",
+}
+SPAN = 0.84, 1.98  # s: EMG is known, and a foot that stands is on a plate
+# Reserves [N m or N]: strong where 18 muscles of the sagittal plane cannot do what is demanded, on
+# pelvis, trunk, and the hips' adduction and rotation, or muscles would pull against each other to
+# help there; weak elsewhere.
+OUT_OF_PLANE = ("pelvis", "lumbar", "hip_adduction", "hip_rotation")
+STRONG, WEAK = 50.0, 5.0
+
+
+def criteria():
+    """Settings by the name of what is least."""
+    for normalizer in (em.MaximumIsometricForce(), em.ReachableMaximum(), em.RigidTendonForce()):
+        yield f"squares over {type(normalizer).__name__}", {"normalizer": normalizer}
+    for exponent in (3.0, 5.0):
+        yield f"power {exponent:g}", {"criterion": em.PoweredForces(exponent)}
+
+
+def walk():
+    """The model with the operators that its publishers chain, and its motion."""
+    model = em.opensim.load_model(
+        WALK / "subject_walk_armless_18musc.osim", external_loads=WALK / "external_loads.xml"
+    )
+    motion = em.Motion.from_file(
+        WALK / "coordinates.mot", model.coordinates, model.skeleton.units, cutoff=6.0
+    )
+    muscles = operators.replace_law(model.muscles, em.DeGrooteFregly2016())
+    muscles = operators.ignore_passive_fiber_forces(muscles)
+    muscles = operators.scale_active_fiber_force_curve_width(muscles, 1.5)
+    reserves = [
+        em.Reserve(name, STRONG if name.startswith(OUT_OF_PLANE) else WEAK)
+        for name in model.coordinates
+    ]
+    return model.replace(muscles=muscles, reserves=reserves), motion.between(*SPAN)
+
+
+def main():
+    warnings.simplefilter("ignore", em.ExudynMusclesWarning)
+    if not WALK.is_dir():
+        sys.exit(f"{WALK} is absent")
+    model, motion = walk()
+    emg = analysis.EMG.from_file(WALK / "emg.sto").normalized()
+    print("| criterion | CPU s | " + " | ".join(SAME.values()) + " | mean |")
+    print("|---|---|" + "---|" * (len(SAME) + 1))
+    em.static_optimization(model, motion)  # compiles kernels
+    for name, options in criteria():
+        start = time.process_time()
+        result = em.static_optimization(model, motion, settings=em.StaticSettings(**options))
+        cpu = time.process_time() - start
+        found = analysis.compare_emg(result, emg, SAME)
+        cells = [f"{x.correlation:.2f}, {x.rms:.2f}" for x in found.values()]
+        mean = np.mean([(x.correlation, x.rms) for x in found.values()], axis=0)
+        print(f"| {name} | {cpu:.2f} | {' | '.join(cells)} | {mean[0]:.2f}, {mean[1]:.2f} |")
+
+
+if __name__ == "__main__":
+    main()
