@@ -105,6 +105,13 @@ NAMES_OF = {
     Owner.MUSCLES: "muscle_names",
     Owner.RESERVES: "reserve_names",
 }
+# Of what has these columns, in an xarray.
+DIMENSIONS = {
+    Owner.COORDINATES: "coordinate",
+    Owner.SYSTEM: "system_coordinate",
+    Owner.MUSCLES: "muscle",
+    Owner.RESERVES: "reserve",
+}
 
 _START, _POINTS, _WINDOWS, _ENDS = When
 _COORDINATES, _SYSTEM, _MUSCLES, _RESERVES = Owner

@@ -12,12 +12,13 @@ import numpy as np
 from .comparison import Difference, first_difference
 from .counts import Counts, Status
 from .excitations import Excitations, SystemStart
-from .quantities import QUANTITIES, When, listing
+from .quantities import DIMENSIONS, NAMES_OF, QUANTITIES, When, listing
 from .storing import read_fields, write_fields
 from .tracking import LOST, promised_errors, tracking_report
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -232,6 +233,45 @@ class Trajectory:
             for k, name in enumerate(quantity.columns(vars(self))):
                 columns[f"{quantity.name}/{name}"] = array[:, k]
         return pandas.DataFrame(columns)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """All quantities over named dimensions, `units` in the attributes of each.
+
+        Dimensions are `time` for points, `window` (where it ends) and `window_end` (the start as
+        well), and `coordinate`, `muscle`, `reserve`, `system_coordinate`, with their names; angles
+        and translations have their units in the coordinate `coordinate_unit`. Method, status and
+        versions are in the attributes of the whole.
+
+        Raises
+        ------
+        ImportError
+            xarray is not installed.
+        """
+        import xarray
+
+        fields = vars(self)
+        times = {
+            When.POINTS: ("time", self.time),
+            When.WINDOWS: ("window", self.window_time[1:]),
+            When.ENDS: ("window_end", self.window_time),
+        }
+        coords: dict[str, Any] = {name: t for name, t in times.values() if t.size}
+        coords |= {
+            DIMENSIONS[o]: list(fields[name]) for o, name in NAMES_OF.items() if fields[name]
+        }
+        coords["coordinate_unit"] = "coordinate", list(self.coordinate_units)
+        arrays: dict[str, Any] = {}
+        for quantity in QUANTITIES:
+            if quantity.name in ("time", "window_time"):
+                continue
+            rows = () if quantity.when is When.START else (times[quantity.when][0],)
+            columns = () if quantity.owner is None else (DIMENSIONS[quantity.owner],)
+            dimensions = (*rows, *columns)
+            if all(dimension in coords for dimension in dimensions):
+                attributes = {"units": quantity.unit, "long_name": quantity.description}
+                arrays[quantity.name] = dimensions, getattr(self, quantity.field), attributes
+        whole = {"method": self.method, "status": self.status.name, **self.versions}
+        return xarray.Dataset(arrays, coords, whole)
 
     def save(self, file: str | Path) -> None:
         """Write everything to an `.npz` file, whole or not at all.

@@ -74,6 +74,18 @@ def test_the_saturated_muscles_are_those_that_were_at_their_limit_and_pull_the_r
         assert found == (expected,)
 
 
+def test_to_xarray(csf, tmp_path):
+    whole = csf.to_xarray()
+    np.testing.assert_array_equal(whole["activations"].sel(muscle="left"), csf.activations[:, 0])
+    np.testing.assert_array_equal(whole["window"], csf.window_time[1:])
+    assert whole["excitations"].dims == ("window", "muscle")
+    assert whole["tendon_forces"].attrs["units"] == "N"
+    assert whole["coordinate_unit"].item() == "rad" and whole.attrs["method"] == "csf"
+    assert "reserves" not in whole  # there are none
+    for name, array in whole.items():
+        assert array.attrs["long_name"], name
+
+
 def test_to_dataframe(csf):
     pytest.importorskip("pandas")
     frame = csf.to_dataframe()
