@@ -721,7 +721,7 @@ def test_a_mass_matrix_that_is_not_one_is_named():
         "unit",
         max_isometric_force=100.0,
         optimal_fiber_length=0.3,
-        tendon_slack_length=0.3,
+        tendon_slack_length=0.5,
         path=path,
     )
     strange = em.MusculoskeletalModel(mbs, tree, [unit], coordinates=["hip", "knee"])
