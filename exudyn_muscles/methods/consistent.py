@@ -54,13 +54,12 @@ HIGHEST_FREQUENCY = 1.5
 
 class Trial(NamedTuple):
     """A step that may be accepted: what was recruited, the muscles with their real state at its
-    end, what the next step and another trial take from there, and how far away the step really
-    leads, q and h q' (2, N)."""
+    end, what the next step takes from there, and how far away the step really leads, q and h q'
+    (2, N)."""
 
     recruited: Recruited
     excited: Excited
     begun: Any
-    known: Any
     away: np.ndarray
 
 
@@ -227,9 +226,9 @@ class ConsistentScheme(FullScheme[ConsistentState]):
 
     def _again(self, state: ConsistentState, trial: Trial) -> Trial:
         """A trial with the same excitations, from where the step has been moved; moves it on."""
-        recruited, excited, _, known, _ = trial
+        recruited, excited, *_ = trial
         there = self.model.geometry(*self.skeleton.place)
-        again = self._led(state, state.opened.end, recruited, excited, there, known)
+        again = self._led(state, state.opened.end, recruited, excited, there)
         self._learn(state, again)
         self._follow(state, again)
         return again
@@ -251,17 +250,15 @@ class ConsistentScheme(FullScheme[ConsistentState]):
         recruited: Recruited,
         excited: Excited,
         there: Geometry,
-        known: Any = None,
     ) -> Trial:
-        """The same with excitations that are found; `there` is the geometry at the state, `known`
-        from a trial that ended close by."""
+        """The same with excitations that are found; `there` is the geometry at the state."""
         geometry, reserves = (state.geometry, there), (state.reserve, excited.reserve)
         u = excited.window.excitation
         led = self._course.over(
-            Step(state.opened.window, t, u, reserves, geometry, state.here, state.begun, known)
+            Step(state.opened.window, t, u, reserves, geometry, state.here, state.begun)
         )
         excited = excited._replace(activation=led.activation, tendon_length=led.tendon_length)
-        return Trial(recruited, excited, led.begun, led.known, led.away)
+        return Trial(recruited, excited, led.begun, led.away)
 
     def _errors(self, state: ConsistentState, t: float) -> np.ndarray:
         q_d, v_d, _ = state.tracking.desired(t)

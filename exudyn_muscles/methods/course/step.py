@@ -16,8 +16,7 @@ class Step(NamedTuple):
 
     `excitation` (m,) are held; the ideal actuators' forces (2, r) go from one to the other.
     `geometry` are those at both ends, `here` is the `Dynamics` at the end, `begun` what the step
-    before has left for this one. `known` is what a trial that ended close by has found of the
-    dynamics within the step, if there was one.
+    before has left for this one.
     """
 
     window: OpenWindow
@@ -27,7 +26,6 @@ class Step(NamedTuple):
     geometry: tuple[Geometry, Geometry]
     here: Dynamics
     begun: Any
-    known: Any
 
     def reserves_at(self, s: np.ndarray) -> np.ndarray:
         """Forces (k, r) of the ideal actuators at parts `s` (k,) of the step."""
@@ -38,14 +36,13 @@ class Led(NamedTuple):
     """Where a step really leads.
 
     `away`, q and h q' (2, N), is how far that is from the iterate; a, l_t (m,) are the muscles' at
-    the end; `begun` is for the next step, `known` for another trial of this one.
+    the end, and `begun` is for the next step.
     """
 
     away: np.ndarray
     activation: np.ndarray
     tendon_length: np.ndarray
     begun: Any
-    known: Any
 
 
 class Course(Protocol):

@@ -87,7 +87,7 @@ class SystemCourse:
                 continue
             with state.within(t):
                 a[k] = system.accelerations(loads[k])
-        return Led(nodes.away(h, start, end, a), states[0], states[1], a[-1], None)
+        return Led(nodes.away(h, start, end, a), states[0], states[1], a[-1])
 
     def _loads(
         self, step: Step, s: np.ndarray, times: np.ndarray

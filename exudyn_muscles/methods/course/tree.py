@@ -27,7 +27,7 @@ from .step import Led, Step
 # An iterate that is off by less [rad or m] keeps its excitations and is moved once more, which
 # costs less than another iterate. What it leaves of the control law grows from step to step where
 # muscles overshoot, until it is asked for again: chatter of this size at most.
-NEAR = 2e-5
+NEAR = 5e-5
 INNER = SMOOTH[1:-1]
 INNER_VALUE, INNER_SLOPE = hermite(INNER)
 
@@ -104,7 +104,11 @@ class TreeCourse:
         skeleton, h, here = self._skeleton, step.window.h, step.here
         (q_0, v_0, _), q_1, v_1 = skeleton.start, skeleton.q, skeleton.v
         ends = np.array([q_0, h * v_0, q_1, h * v_1])
-        Ms, biases = known = step.known or self._dynamics(step, ends)
+        inner = skeleton.dynamics_within(
+            INNER_VALUE @ ends, INNER_SLOPE @ ends / h, step.end - (1.0 - INNER) * h
+        )
+        of_nodes = step.begun, *inner, here
+        Ms, biases = np.array([x.M for x in of_nodes]), np.array([x.bias for x in of_nodes])
         for nodes in (USUAL, FINE):
             q, v, reduced = skeleton.basis.along(nodes.value @ ends, nodes.slope @ ends / h)
             course = self._muscles(step, h * nodes.s, q, v)
@@ -118,16 +122,7 @@ class TreeCourse:
         M = (nodes.smooth @ Ms.reshape(len(Ms), -1)).reshape(-1, *here.M.shape)
         a = np.linalg.solve(M, lack[..., None])[..., 0]
         away = nodes.away(h, (q_0, v_0), (q_1, v_1), a)
-        return Led(away, course.activation, course.tendon_length, here, known)
-
-    def _dynamics(self, step: Step, ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """M (4, n, n) and H - Q (4, n) at the nodes `SMOOTH` of a step between these states."""
-        h = step.window.h
-        inner = self._skeleton.dynamics_within(
-            INNER_VALUE @ ends, INNER_SLOPE @ ends / h, step.end - (1.0 - INNER) * h
-        )
-        of_nodes = step.begun, *inner, step.here
-        return np.array([x.M for x in of_nodes]), np.array([x.bias for x in of_nodes])
+        return Led(away, course.activation, course.tendon_length, here)
 
     def _muscles(self, step: Step, times: np.ndarray, q: np.ndarray, v: np.ndarray) -> MuscleCourse:
         windows, (a, l_t, *_), u = step.window.windows, step.window.start, step.excitation
