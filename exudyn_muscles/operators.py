@@ -59,6 +59,8 @@ def replace_law(
     A tendon's own strain stays where the new law has such a number, and the minimum activation is
     at least 0.01 where the law divides by it.
     """
+    if not isinstance(law, MuscleLaw):
+        raise ParameterError(f"law: a MuscleLaw such as Millard2012() was expected, got {law!r}")
 
     def changed(muscle: Muscle) -> dict[str, Any]:
         scales = law.tendon_strain_at_one_norm_force is not None

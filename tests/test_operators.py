@@ -60,6 +60,8 @@ def test_tendons_strengths_and_laws():
     assert stronger[1] is both[1]
     (damped,) = operators.replace_law([unit(minimum_activation=0.02)], em.Millard2012())
     assert isinstance(damped.law, em.Millard2012) and damped.minimum_activation == 0.02
+    with pytest.raises(em.ParameterError, match="a MuscleLaw such as"):
+        operators.replace_law(both, "Thelen")
     with pytest.raises(em.ParameterError, match="there is no muscle 'c', only a, b"):
         operators.scale_max_isometric_force(both, 2.0, ["c"])
 

@@ -40,11 +40,25 @@ class EMG:
     time : (k,) ndarray
         [s], in equal steps for filters.
     values : (k, c) ndarray
+
+    Raises
+    ------
+    ParameterError
+        Shapes that do not fit, or times that do not increase.
     """
 
     names: tuple[str, ...]
     time: np.ndarray
     values: np.ndarray
+
+    def __post_init__(self) -> None:
+        if np.shape(self.values) != (np.size(self.time), len(self.names)):
+            raise ParameterError(
+                f"EMG: {np.size(self.time)} times, {len(self.names)} names and values "
+                f"{np.shape(self.values)} do not fit: expected (k,), c and (k, c)"
+            )
+        if not (np.diff(self.time) > 0.0).all():
+            raise ParameterError("EMG: times must increase")
 
     @classmethod
     def from_file(cls, file: str | Path) -> EMG:
@@ -78,9 +92,14 @@ class EMG:
 
         nyquist = 0.5 / self._step()
         x = self.values
+        for name, finite in zip(self.names, np.isfinite(x).all(axis=0), strict=True):
+            if not finite:
+                raise ParameterError(f"EMG of '{name}' has values that are no numbers")
         if band is not None:
             edges = band[0], min(band[1], 0.9 * nyquist)
-            if not 0.0 < edges[0] < edges[1]:
+            if not 0.0 < band[0] < band[1]:
+                raise ParameterError(f"EMG: a band of frequencies increases, got {band}")
+            if not edges[0] < edges[1]:
                 raise ParameterError(
                     f"EMG: a band from {band[0]:g} Hz needs more than {2.3 * band[0]:.4g} samples "
                     f"a second, there are {2.0 * nyquist:.4g}"
@@ -172,8 +191,11 @@ def compare_emg(
     Raises
     ------
     ParameterError
-        A muscle or EMG is not there, or the two have no ten windows in common.
+        `muscles` is no mapping, a muscle or EMG is not there, or the two have no ten windows in
+        common.
     """
+    if not isinstance(muscles, Mapping):
+        raise ParameterError(f"muscles: muscle -> name of its EMG was expected, got {muscles!r}")
     shifted, t = emg.delayed(delay), 0.5 * (result.window_time[:-1] + result.window_time[1:])
     found = {}
     for muscle, name in muscles.items():

@@ -5,11 +5,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..muscle.dynamics import muscle_dynamics
 from ..results.trajectory import Trajectory
 from .states import check_fits, geometries
 from .table import Table, tabulated
+
+SAME_FORCE = 1e-6  # of F0: it is computed from the same numbers
 
 
 def muscle_analysis(model: MusculoskeletalModel, result: Trajectory) -> Table:
@@ -27,16 +30,16 @@ def muscle_analysis(model: MusculoskeletalModel, result: Trajectory) -> Table:
         `quantity/muscle`, with OpenSim's quantities in this package's names: `length`,
         `lengthening_speed`, `fiber_length`, `normalized_fiber_length`, `fiber_velocity`,
         `normalized_fiber_velocity`, `pennation_angle`, `tendon_length`, `tendon_force`,
-        `active_fiber_force`, `passive_fiber_force`, both also `..._along_tendon`, the
-        `passive_share` of the fibre's force, and the powers that they do: `fiber_active_power`,
-        `fiber_passive_power`, `tendon_power`, `muscle_power`, of which the last is the sum of the
-        others while the tendon is taut. `moment_arm/coordinate/muscle` is -dl/dq,
-        `moment/coordinate/muscle` the torque or force that goes with it.
+        `active_fiber_force`, `passive_fiber_force` (f_PE and a damper, if the law has one), both
+        also `..._along_tendon`, the `passive_share` of their sizes, and the powers that they do:
+        `fiber_active_power`, `fiber_passive_power`, `tendon_power`, `muscle_power`, of which the
+        last is the sum of the others while the tendon is taut. `moment_arm/coordinate/muscle` is
+        -dl/dq, `moment/coordinate/muscle` the torque or force that goes with it.
 
     Raises
     ------
     ParameterError
-        The trajectory is of another model.
+        The trajectory is of another model or of other muscles; names the first that differs.
     """
     check_fits(model, result)
     muscles, names = model.muscles, model.muscles.names
@@ -52,8 +55,15 @@ def muscle_analysis(model: MusculoskeletalModel, result: Trajectory) -> Table:
     active, passive = of("active_fiber_force"), of("passive_fiber_force")
     optimal = np.array([muscle.optimal_fiber_length for muscle in muscles])
     fastest = np.array([muscle.max_contraction_velocity for muscle in muscles])
-    borne = active + passive
-    share = np.divide(passive, borne, out=np.zeros_like(borne), where=borne != 0.0)
+    other = np.abs(F - result.tendon_forces) > SAME_FORCE * muscles.max_isometric_force
+    if other.any():
+        k, i = np.argwhere(other)[0]
+        raise ParameterError(
+            f"the trajectory is of other muscles: at t = {result.time[k]:g} s the force of "
+            f"{names[i]} is {result.tendon_forces[k, i]:.6g} N there and {F[k, i]:.6g} N here"
+        )
+    sizes = np.abs(active) + np.abs(passive)
+    share = np.divide(np.abs(passive), sizes, out=np.zeros_like(sizes), where=sizes > 0.0)
     columns = {
         "length": ("m", length),
         "lengthening_speed": ("m/s", speed),

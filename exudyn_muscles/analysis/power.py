@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..results.trajectory import Trajectory
 from .muscles import muscle_analysis
@@ -13,7 +14,8 @@ from .table import Table, tabulated
 def power(model: MusculoskeletalModel, result: Trajectory) -> Table:
     """Who does how much power [W].
 
-    A muscle's power -F l' is that of its fibre and its tendon together. All muscles' power on the
+    A muscle's power -F l' is that of its fibre and its tendon together while the tendon is taut:
+    where it is slack the fibre moves alone, against its damper. All muscles' power on the
     coordinates and that of the ideal actuators is the power of the joint torques.
 
     Parameters
@@ -51,7 +53,15 @@ def work(powers: Table) -> Table:
     """The work [J] that was done since the first time, of a table of powers.
 
     By Simpson's rule; energy that a tendon has stored comes back as its positive work.
+
+    Raises
+    ------
+    ParameterError
+        A column is no power; names it.
     """
+    for column, unit in zip(powers.columns, powers.units, strict=True):
+        if unit != "W":
+            raise ParameterError(f"work: '{column}' of the {powers.name} is no power")
     from scipy.integrate import cumulative_simpson  # slow to import, and rarely asked for
 
     done = cumulative_simpson(powers.values, x=powers.time, axis=0, initial=0.0)

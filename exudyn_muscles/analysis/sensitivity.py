@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ParameterError
+from ..recruitment.problem import all_usable
 
 
 class Sensitivity(NamedTuple):
@@ -74,6 +75,12 @@ def recruitment_sensitivity(
         raise ParameterError(
             f"moment arms (m, n) and four arrays (m,) were expected, got {r.shape} and "
             f"{[x.shape for x in (F, low, high, N)]}"
+        )
+    given = np.concatenate((r.ravel(), F))
+    if not (np.isfinite(given).all() and all_usable(N) and (low <= high).all()):
+        raise ParameterError(
+            "moment arms and forces are finite, normalizers positive and finite, and no limit is "
+            "above the other"
         )
     rounding = 1e-9 * N
     free = (low + rounding < F) & (high - rounding > F)

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..results.trajectory import Trajectory
 from ..skeleton.geometry import Geometry
+
+SAME_LENGTH = 1e-9  # m: it is computed from the same numbers
 
 
 def check_fits(model: MusculoskeletalModel, result: Trajectory) -> None:
@@ -25,7 +29,20 @@ def check_fits(model: MusculoskeletalModel, result: Trajectory) -> None:
 
 
 def geometries(model: MusculoskeletalModel, result: Trajectory) -> Iterator[Geometry]:
-    """l, l' and r of the muscles at every time of the trajectory."""
+    """l, l' and r of the muscles at every time of the trajectory.
+
+    Raises
+    ------
+    ParameterError
+        Lengths are not those of the trajectory; names the muscle.
+    """
     states = result.coordinates, result.speeds, result.system_coordinates, result.system_speeds
-    for place in model.skeleton.places_of(*states, result.time):
-        yield model.geometry(*place)
+    for k, place in enumerate(model.skeleton.places_of(*states, result.time)):
+        geometry = model.geometry(*place)
+        off = np.abs(geometry.length - result.musculotendon_lengths[k])
+        if off.size and off.max() > SAME_LENGTH:
+            raise ParameterError(
+                f"the trajectory is of another model: at t = {result.time[k]:g} s the path of "
+                f"{model.muscles.names[off.argmax()]} differs by {off.max():.3g} m"
+            )
+        yield geometry

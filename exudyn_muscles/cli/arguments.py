@@ -159,7 +159,7 @@ def build_parser() -> argparse.ArgumentParser:
     compare = command(
         "compare",
         commands.compare,
-        "compute one motion by all four methods, side by side",
+        "compute one motion by the paper's four methods, side by side",
         f"example: {PROGRAM} compare models/pendulum.py --out out --json out/pendulum.json\n"
         "prints CPU times [s], RMS tracking errors [deg] and how much work a step took",
     )

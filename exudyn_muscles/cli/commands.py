@@ -212,6 +212,10 @@ def report(arguments: argparse.Namespace) -> int:
     file = arguments.out or arguments.result.with_suffix(".html")
     made_folder(file.parent)
     folder = arguments.geometry
+    if folder is not None and Path(arguments.model).suffix.lower() not in (".osim", ".xml"):
+        raise ModelError(
+            f"--geometry is that of an OpenSim model or set-up, not of {arguments.model}"
+        )
     meshes = None if folder is None else opensim.load_meshes(arguments.model, folder)
     write_report(trajectory, file, model=load_skeleton(arguments.model), meshes=meshes)
     print(f"wrote {file}")

@@ -33,6 +33,8 @@ KIND, LINKS, POINT_0, POINT_1, AXIS_0, AXIS_1, DISTANCE, COLUMNS = (
     0, slice(1, 3), slice(3, 6), slice(6, 9), slice(9, 12), slice(12, 15), 15, 16
 )  # fmt: skip
 
+NO_ROTATION = 1e-6  # of R^T R - 1: files have six digits
+
 
 class ClosureKind(Enum):
     """What two frames have to do with one another."""
@@ -78,9 +80,14 @@ class Closure:
             H = np.array(getattr(self, name), dtype=float)
             if H.shape != (4, 4) or not np.isfinite(H).all():
                 raise ParameterError(f"{what}: {name} is a finite (4, 4) matrix")
+            turn = H[:3, :3]
+            if np.abs(turn.T @ turn - np.eye(3)).max() > NO_ROTATION or np.linalg.det(turn) < 0.0:
+                raise ParameterError(f"{what}: {name} does not turn by a rotation, got {turn}")
             object.__setattr__(self, name, H.tolist())
         if self.kind is ClosureKind.DISTANCE:
             number_within(f"{what}: distance", self.distance, 1e-9, LARGEST)
+        elif self.distance:
+            raise ParameterError(f"{what}: distance = {self.distance!r} is of a DISTANCE alone")
 
 
 @dataclass(frozen=True)
@@ -106,6 +113,8 @@ class Loops:
         if not closures or not all(isinstance(each, Closure) for each in closures):
             raise ParameterError(f"closures are one or more Closure objects, got {self.closures!r}")
         object.__setattr__(self, "closures", closures)
+        if isinstance(self.held_first, str):
+            raise ParameterError(f"held_first is a sequence of names, got {self.held_first!r}")
         object.__setattr__(self, "held_first", tuple(self.held_first))
 
 

@@ -69,6 +69,13 @@ def test_bad_input_is_named(result):
         "covers 0 windows": lambda: compare_emg(
             result, replace(emg, time=T + 50.0), {result.muscle_names[0]: "a"}
         ),
+        "'soleus'": lambda: compare_emg(result, emg, ["soleus"]),
+        "do not fit": lambda: EMG(("a", "b"), T, emg.values),
+        "times must increase": lambda: replace(emg, time=-T),
+        "'a' has values that are no numbers": lambda: replace(
+            emg, values=emg.values * np.nan
+        ).envelope(),
+        "a band of frequencies increases": lambda: emg.envelope(band=(400.0, 20.0)),
         "equal steps": lambda: replace(emg, time=T**2 + T).envelope(),
         "half of the sampling rate": lambda: emg.envelope(cutoff=900.0),
         "needs more than": lambda: replace(emg, time=T * 50.0).envelope(),

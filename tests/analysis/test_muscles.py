@@ -1,10 +1,12 @@
 """Analyses of muscles and powers against what the run itself has, of trees and of bodies."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import exudyn_muscles as em
-from exudyn_muscles import analysis
+from exudyn_muscles import analysis, operators
 from models import leg, pedalling, pendulum
 
 from ..runs import KP
@@ -39,8 +41,10 @@ def test_the_tendon_bears_what_the_fibre_does(case):
     table = analysis.muscle_analysis(*case)
     along = table["active_fiber_force_along_tendon"] + table["passive_fiber_force_along_tendon"]
     np.testing.assert_allclose(along, table["tendon_force"], rtol=0, atol=1e-6)
-    borne = table["active_fiber_force"] + table["passive_fiber_force"]
-    np.testing.assert_allclose(table["passive_share"] * borne, table["passive_fiber_force"])
+    share, passive = table["passive_share"], np.abs(table["passive_fiber_force"])
+    sizes = np.abs(table["active_fiber_force"]) + passive
+    np.testing.assert_allclose(share * sizes, passive)
+    assert share.min() >= 0.0 and share.max() <= 1.0
 
 
 def test_powers_are_in_balance(case):
@@ -82,3 +86,14 @@ def test_another_models_trajectory_is_refused():
     result = em.static_optimization(model, motion)
     with pytest.raises(em.ParameterError, match="the trajectory has the coordinates"):
         analysis.muscle_analysis(leg.build(), result)
+    stronger = operators.scale_max_isometric_force(model.muscles, 2.0)
+    with pytest.raises(em.ParameterError, match="of other muscles: at t = 0 s the force of left"):
+        analysis.power(model.replace(muscles=stronger), result)
+    moved = [
+        replace(muscle, path=[muscle.path[0], em.PathPoint([0.0, -0.35, 0.0], link=0)])
+        for muscle in model.muscles
+    ]
+    with pytest.raises(em.ParameterError, match="another model: at t = 0 s the path of"):
+        analysis.feasible_forces(model.replace(muscles=moved), result)
+    with pytest.raises(em.ParameterError, match="work: 'length/left' of the muscle analysis is no"):
+        analysis.work(analysis.muscle_analysis(model, result))

@@ -46,3 +46,8 @@ def test_where_it_does_not_exist():
         recruitment_sensitivity(r, F, F, F, N)
     with pytest.raises(em.ParameterError, match=r"\(m, n\) and four arrays"):
         recruitment_sensitivity(r, F[1:], F, F, N)
+    for wrong in (-N, 0.0 * N):
+        with pytest.raises(em.ParameterError, match="normalizers positive"):
+            recruitment_sensitivity(r, F, F, F, wrong)
+    with pytest.raises(em.ParameterError, match="forces are finite"):
+        recruitment_sensitivity(r, F * np.nan, F, F, N)

@@ -99,3 +99,22 @@ def test_a_linkage_beyond_its_reach_says_so():
     model = linkage(em.Loops([PIN], held_first=["crank", "rod"]))
     with pytest.raises(em.ModelError, match=r"the closures of the tree's loops .*: rocker = "):
         model.state_of_tree([3.0])
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"distance": 0.5}, "is of a DISTANCE alone"),
+        ({"frame_0": 3.0 * np.eye(4)}, "frame_0 does not turn by a rotation"),
+        ({"frame_1": np.diag([1.0, 1.0, -1.0, 1.0])}, "frame_1 does not turn by a rotation"),
+    ],
+)
+def test_closures_that_are_none_are_named(given, message):
+    with pytest.raises(em.ParameterError, match=message):
+        em.Closure(**({"kind": em.ClosureKind.WELD, "link_0": 0, "link_1": 1} | given))
+
+
+def test_names_in_one_text_are_no_names():
+    loops = em.Closure(em.ClosureKind.POINT, 0, 1)
+    with pytest.raises(em.ParameterError, match="held_first is a sequence of names"):
+        em.Loops([loops], held_first="knee")
