@@ -19,7 +19,26 @@
   window.define = (name, needed, make) => { k3d = make(); };
   await run("k3d-source");
   delete window.define;
-  const scene = await k3d.CreateK3DAndLoadBinarySnapshot(bytes("scene-source").buffer, $("scene"));
+  // In place of k3d's scene where there is no WebGL: time, and nothing to see or to play.
+  const still = () => {
+    const heard = [];
+    const scene = {
+      events: { TIME_CHANGE: "time" }, autoPlayed: false, getObjectById: () => ({ geometry: {} }),
+      on: (event, call) => { if (event === "time") heard.push(call); },
+      setTime: (t) => { for (const call of heard) call(t); },
+    };
+    for (const name of ["stopAutoPlay", "startAutoPlay", "setTimeSpeed", "render", "resizeHelper"]) scene[name] = () => {};
+    $("scene").textContent = "This browser draws nothing in 3D (WebGL is off). The curves are complete.";
+    $("play").disabled = true;
+    return scene;
+  };
+  let scene;
+  try {
+    scene = await k3d.CreateK3DAndLoadBinarySnapshot(bytes("scene-source").buffer, $("scene"));
+  } catch (error) {
+    console.warn(error);
+    scene = still();
+  }
 
   // Time: k3d's is the only one; it begins with zero.
   const { results, start, end } = data;

@@ -65,9 +65,10 @@ def chromium():
 class Opened:
     """A page in the browser, and what went wrong in it."""
 
-    def __init__(self, browser, file, width=1280, height=800):
+    def __init__(self, browser, file, width=1280, height=800, before="0"):
         self.faults = []
         context = browser.new_context(viewport={"width": width, "height": height}, offline=True)
+        context.add_init_script(before)
         self.page = context.new_page()
         self.page.on("console", self._said)
         self.page.on("pageerror", lambda error: self.faults.append(str(error)))

@@ -196,6 +196,26 @@ def test_results_side_by_side_and_bones_of_the_users(browser, written, tmp_path)
     assert opened.faults == []
 
 
+NO_WEBGL = """
+const get = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+  return kind.startsWith("webgl") ? null : get.call(this, kind, ...more);
+};
+"""
+
+
+def test_without_webgl_the_curves_are_there(browser, written):
+    opened = Opened(browser, written("pedalling")[2], before=NO_WEBGL)
+    assert "WebGL is off" in opened.page.locator("#scene").inner_text()
+    assert opened.page.locator("#curves .scatterlayer .trace").count() > 0
+    opened.page.evaluate(
+        "() => { const s = document.getElementById('time'); s.value = 0.3;"
+        " s.dispatchEvent(new Event('input')); }"
+    )
+    assert opened.page.locator("#now").inner_text() == "0.300 s"
+    assert opened.page.locator("#play").is_disabled()
+
+
 def test_names_are_no_html(browser, tmp_path):
     needs("k3d", "plotly", reason=NO_PLAYER)
     made = pendulum.build()
