@@ -19,8 +19,6 @@ from .muscle.laws.changed import ChangedLaw
 from .muscle.laws.law import MuscleLaw
 from .muscle.parameters import Muscle
 
-LEAST_ACTIVATION = 0.01  # OpenSim's, of laws that divide by the activation
-
 
 def ignore_passive_fiber_forces(
     muscles: Iterable[Muscle], names: Iterable[str] | None = None
@@ -57,14 +55,14 @@ def replace_law(
     """Another law (`ModOpReplaceMusclesWithDeGrooteFregly2016` and others).
 
     A tendon's own strain stays where the new law has such a number, and the minimum activation is
-    at least 0.01 where the law divides by it.
+    at least the usual one where the law divides by it.
     """
     if not isinstance(law, MuscleLaw):
         raise ParameterError(f"law: a MuscleLaw such as Millard2012() was expected, got {law!r}")
 
     def changed(muscle: Muscle) -> dict[str, Any]:
         scales = law.tendon_strain_at_one_norm_force is not None
-        least = 0.0 if law.bears_no_activation else LEAST_ACTIVATION
+        least = 0.0 if law.bears_no_activation else Muscle.minimum_activation
         return {
             "law": law,
             "tendon_strain_at_one_norm_force": muscle.tendon_strain if scales else None,

@@ -50,16 +50,17 @@ def feasible_forces(model: MusculoskeletalModel, result: Trajectory) -> Table:
     """
     check_fits(model, result)
     names, ends = model.muscles.names, result.window_time[1:]
-    F0 = np.array([muscle.max_isometric_force for muscle in model.muscles])
-    at = np.searchsorted(result.time, ends - 1e-9)
-    arms = [geometry.moment_arms for geometry in geometries(model, result)]
+    F0 = model.muscles.max_isometric_force
+    # The ends of the windows, the start of the first among them: there models are told apart.
+    at = geometries(model, result, np.searchsorted(result.time, result.window_time - 1e-9))
+    next(at, None)
     least, largest = np.empty((2, ends.size, len(names)))
-    for k, t in enumerate(ends):
+    for k, (t, geometry) in enumerate(zip(ends, at, strict=True)):
         F, low, high = result.force_optimal[k], result.force_min[k], result.force_max[k]
         # Forces that a step really ended with may be off their limits by a window's tolerance.
         low, high = np.minimum(low, F), np.maximum(high, F)
         try:
-            least[k], largest[k] = force_ranges(arms[at[k]], F, low, high, F0)
+            least[k], largest[k] = force_ranges(geometry.moment_arms, F, low, high, F0)
         except RecruitmentError as error:
             raise RecruitmentError(f"window that ends at t = {t:g} s: {error}") from error
     parts = {

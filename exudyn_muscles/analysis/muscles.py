@@ -53,7 +53,7 @@ def muscle_analysis(model: MusculoskeletalModel, result: Trajectory) -> Table:
 
     F, alpha, v = of("tendon_force"), of("pennation_angle"), of("fiber_velocity")
     active, passive = of("active_fiber_force"), of("passive_fiber_force")
-    optimal = np.array([muscle.optimal_fiber_length for muscle in muscles])
+    optimal = muscles.optimal_fiber_length
     fastest = np.array([muscle.max_contraction_velocity for muscle in muscles])
     other = np.abs(F - result.tendon_forces) > SAME_FORCE * muscles.max_isometric_force
     if other.any():

@@ -28,21 +28,25 @@ def check_fits(model: MusculoskeletalModel, result: Trajectory) -> None:
             )
 
 
-def geometries(model: MusculoskeletalModel, result: Trajectory) -> Iterator[Geometry]:
-    """l, l' and r of the muscles at every time of the trajectory.
+def geometries(
+    model: MusculoskeletalModel, result: Trajectory, rows: slice | np.ndarray = slice(None)
+) -> Iterator[Geometry]:
+    """l, l' and r of the muscles at every time of the trajectory, or at those of some `rows`.
 
     Raises
     ------
     ParameterError
         Lengths are not those of the trajectory; names the muscle.
     """
-    states = result.coordinates, result.speeds, result.system_coordinates, result.system_speeds
-    for k, place in enumerate(model.skeleton.places_of(*states, result.time)):
+    t, lengths = result.time[rows], result.musculotendon_lengths[rows]
+    q, v = result.coordinates[rows], result.speeds[rows]
+    x, x_t = result.system_coordinates[rows], result.system_speeds[rows]
+    for k, place in enumerate(model.skeleton.places_of(q, v, x, x_t, t)):
         geometry = model.geometry(*place)
-        off = np.abs(geometry.length - result.musculotendon_lengths[k])
+        off = np.abs(geometry.length - lengths[k])
         if off.size and off.max() > SAME_LENGTH:
             raise ParameterError(
-                f"the trajectory is of another model: at t = {result.time[k]:g} s the path of "
+                f"the trajectory is of another model: at t = {t[k]:g} s the path of "
                 f"{model.muscles.names[off.argmax()]} differs by {off.max():.3g} m"
             )
         yield geometry
