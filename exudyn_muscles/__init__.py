@@ -62,7 +62,9 @@ from .numerics.splines import simm_spline
 from .path.functions import FunctionPath
 from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
 from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapTorus
-from .recruitment.criterion import Criterion, PoweredForces, SquaredForces
+from .recruitment.criteria.criterion import Criterion
+from .recruitment.criteria.forces import SquaredForces
+from .recruitment.criteria.powers import PoweredForces
 from .recruitment.limits import ControlLimits
 from .recruitment.normalizers import (
     MaximumIsometricForce,

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from exudyn_muscles.recruitment.demand import Demand
 from exudyn_muscles.recruitment.limits import Limits
 from exudyn_muscles.recruitment.optimization import Recruiter
 from exudyn_muscles.recruitment.steady import steady_bounds, steady_state
@@ -29,7 +30,7 @@ def simplified(setup, times, passive):
     model = rebuilt(setup.model, rigid, setup.model.reserves)
     m, skeleton, settings = len(rigid), model.skeleton, setup.settings
     limits = Limits(settings.control_limits, model.muscles, model.reserves)
-    recruiter = Recruiter(criterion=settings.criterion)
+    recruiter = Recruiter(problem_of=settings.criterion.prepare(model))
     optimal = np.array([each.optimal_force for each in model.reserves])
     activations, forces = [], []
     with skeleton.opened():
@@ -44,12 +45,13 @@ def simplified(setup, times, passive):
                 low, high = steady_bounds(
                     model.muscles, u, geometry.length, geometry.lengthening_speed
                 )
-            F = recruiter.solve(
+            demand = Demand(
                 np.vstack([geometry.moment_arms, geometry.columns.T.reshape(-1, q.size)]),
                 M @ a + bias,
                 np.concatenate((low, ideal[0])), np.concatenate((high, ideal[1])),
                 np.concatenate((full, optimal)),
-            ).force[:m]  # fmt: skip
+            )  # fmt: skip
+            F = recruiter.solve(demand).force[:m]
             activation = F / full
             if passive:
                 activation = steady_state(

@@ -19,6 +19,7 @@ import numpy as np
 from ..errors import ModelError, ParameterError, UnmetTorqueError
 from ..model import MusculoskeletalModel
 from ..muscle.parameters import MuscleSet
+from ..recruitment.demand import Demand
 from ..recruitment.limits import Limits
 from ..recruitment.optimization import Recruiter
 from ..recruitment.problem import Recruitment, all_usable
@@ -45,6 +46,17 @@ class Opened(NamedTuple):
     window: OpenWindow
     ideal: np.ndarray
     end: float
+
+
+class Within(NamedTuple):
+    """Lowest and highest forces (m,) [N], excitations and activations (2, m) of muscles, and forces
+    (2, r) of ideal actuators."""
+
+    low: np.ndarray
+    high: np.ndarray
+    excitation: np.ndarray
+    activation: np.ndarray
+    ideal: np.ndarray
 
 
 class Reached(NamedTuple):
@@ -113,7 +125,7 @@ class MuscleOptimization:
         self.windows = Windows(model.muscles, settings.window_tolerance, settings.integrator)
         self._limits = Limits(settings.control_limits, model.muscles, model.reserves)
         self._recruiter = Recruiter(
-            settings.solver, settings.coordinate_weights, settings.criterion
+            settings.solver, settings.coordinate_weights, settings.criterion.prepare(model)
         )
         self._cheaper = _cheaper(settings.weights, model.muscles)
         self._optimal = np.array([actuator.optimal_force for actuator in model.reserves])
@@ -128,7 +140,8 @@ class MuscleOptimization:
         """
         muscles, (u, ideal) = self._model.muscles, self._limits.at(t)
         l, v = geometry.length, geometry.lengthening_speed
-        recruitment = self._optimize(geometry, Q_m, *steady_bounds(muscles, u, l, v), ideal)
+        low, high = steady_bounds(muscles, u, l, v)
+        recruitment = self._optimize(geometry, Q_m, Within(low, high, u, u, ideal), t)
         self._check_met(recruitment, t)
         force, reserve = self._split(recruitment.force)
         a, l_t = steady_state(muscles, u, force, l, v)
@@ -150,8 +163,9 @@ class MuscleOptimization:
 
     def recruit(self, reached: Reached, Q_m: np.ndarray) -> Recruited:
         """The forces at the window's end for the torques `Q_m` (n,)."""
-        _, geometry, reach = reached
-        found = self._optimize(geometry, Q_m, reach.low, reach.high, reached.opened.ideal)
+        (window, ideal, end), geometry, reach = reached
+        within = Within(reach.low, reach.high, window.u, reach.ends[0], ideal)
+        found = self._optimize(geometry, Q_m, within, end)
         return Recruited(reached, Q_m, found)
 
     def excite(self, recruited: Recruited, at: Reached | None = None) -> Excited:
@@ -193,13 +207,9 @@ class MuscleOptimization:
         return forces[:m], forces[m:]
 
     def _optimize(
-        self,
-        geometry: Geometry,
-        Q_m: np.ndarray,
-        low: np.ndarray,
-        high: np.ndarray,
-        ideal: np.ndarray,
+        self, geometry: Geometry, Q_m: np.ndarray, within: Within, t: float
     ) -> Recruitment:
+        low, high, excitation, activation, ideal = within
         given = self._settings.normalizer(self._model.muscles, high, geometry)
         try:
             N = np.asarray(given, dtype=float)
@@ -216,7 +226,9 @@ class MuscleOptimization:
             r = np.vstack([r, geometry.columns.T])
             low, high = np.concatenate((low, ideal[0])), np.concatenate((high, ideal[1]))
             N = np.concatenate((N, self._optimal))
-        return self._recruiter.solve(r, Q_m, low, high, N)
+        return self._recruiter.solve(
+            Demand(r, Q_m, low, high, N, t, excitation, activation, self._cheaper)
+        )
 
     def _check_met(self, recruitment: Recruitment, t: float) -> None:
         if self._settings.raise_on_unmet_torque and not recruitment.met:

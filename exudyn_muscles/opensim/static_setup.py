@@ -13,7 +13,9 @@ from ..methods.static import StaticSettings
 from ..motion import LowPass
 from ..muscle.window import Integrator
 from ..numerics.splines import told_apart
-from ..recruitment.criterion import LARGEST_EXPONENT, Criterion, PoweredForces, SquaredForces
+from ..recruitment.criteria.criterion import Criterion
+from ..recruitment.criteria.forces import SquaredForces
+from ..recruitment.criteria.powers import LARGEST_EXPONENT, PoweredForces
 from ..recruitment.normalizers import MaximumIsometricForce, RigidTendonForce
 from . import setup_files as files
 from .element import Element

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import RecruitmentError
 from .certificate import ACCEPTED, kkt_residual
-from .criterion import Criterion, SquaredForces
+from .demand import Demand
 from .nearest import two_levels
 from .problem import Answer, Recruitment, ScaledProblem
 
@@ -51,33 +51,31 @@ class Recruiter:
     solver : Solver
     weights : (n,) array_like
         Of the squared gaps of the coordinates where a demand is out of reach.
-    criterion : Criterion
+    problem_of : callable
+        What makes a problem of a `Demand`, as `Criterion.prepare` returns it.
     """
 
     def __init__(
         self,
         solver: Solver = Solver.DAQP,
         weights: ArrayLike = 1.0,
-        criterion: Criterion = SquaredForces(),
+        problem_of: Callable[[Demand], ScaledProblem] = ScaledProblem,
     ) -> None:
-        self._ask, self._criterion = partial(ask, SOLVERS[solver], OF_SOLVER[solver]), criterion
+        self._ask, self._problem_of = partial(ask, SOLVERS[solver], OF_SOLVER[solver]), problem_of
         self._weights = np.sqrt(np.asarray(weights) / np.min(weights))
 
-    def solve(
-        self, r: np.ndarray, Q_m: np.ndarray, F_min: np.ndarray, F_max: np.ndarray, N: np.ndarray
-    ) -> Recruitment:
-        """Solve (10), with the arguments of `Criterion.problem`; out of reach, deliver the torque
-        that `nearest` finds.
+    def solve(self, demand: Demand) -> Recruitment:
+        """Solve (10); out of reach, deliver the torque that `nearest` finds.
 
         Raises
         ------
         RecruitmentError
             Something is not finite, or as `nearest`.
         """
-        problem = self._criterion.problem(r, Q_m, F_min, F_max, N)
+        problem = self._problem_of(demand)
         if not problem.finite:
             raise RecruitmentError(
-                f"the demanded torques {Q_m} or the forces {F_max} N are not finite"
+                f"the demanded torques {demand.Q_m} or the forces {demand.F_max} N are not finite"
             )
         answer = self._ask(problem)
         if answer is not None:

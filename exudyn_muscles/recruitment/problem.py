@@ -10,6 +10,7 @@ import numpy as np
 import qpsolvers
 
 from ..numerics.kernel import kernel
+from .demand import Demand
 
 # A torque left over counts as unmet above this part of what the row's actuators can do, at their
 # normalising forces at most.
@@ -47,21 +48,28 @@ class ScaledProblem(qpsolvers.Problem):
 
     Of another cost its `gradient` and how it is `solved` are another one's.
 
-    `scale` (n,) are the rows' lengths before. Coordinates that actuators cross by no more than
-    rounding have none, and rows of zeros; `unreachable` tells that one of these is asked for a
-    torque, `finite` that all numbers of A and b are.
+    Parameters
+    ----------
+    demand : Demand
+
+    Attributes
+    ----------
+    scale : (n,) ndarray
+        The rows' lengths before. Coordinates that actuators cross by no more than rounding have
+        none, and rows of zeros.
+    unreachable, finite : bool
+        That one of these is asked for a torque; that all numbers of A and b are finite.
     """
 
-    def __init__(
-        self, r: np.ndarray, Q_m: np.ndarray, F_min: np.ndarray, F_max: np.ndarray, N: np.ndarray
-    ) -> None:
+    def __init__(self, demand: Demand) -> None:
+        r, Q_m, F_min, F_max, N = given = demand[:5]
         m, n = r.shape
         A, b, (low, high, size) = np.empty((n, m)), np.empty(n), np.empty((3, m))
         self.scale, idle = np.empty(n), np.empty(n, dtype=np.bool_)
         self._nothing, self.unreachable, self.finite = scale_rows(
             r, Q_m, F_min, F_max, N, A, b, low, high, size, self.scale, idle
         )
-        self._given, self._size, self._idle = (r, Q_m, F_min, F_max, N), size, idle
+        self._given, self._size, self._idle = given, size, idle
         super().__init__(np.eye(m), np.zeros(m), A=A, b=b, lb=low, ub=high)
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
@@ -111,7 +119,7 @@ def all_usable(N):
 
 @kernel
 def scale_rows(r, Q_m, F_min, F_max, N, A, b, low, high, size, scale, idle):
-    """Write the scaled problem of the arguments of `ScaledProblem`: A (n, m), b (n,), the bounds
+    """Write the scaled problem of a `Demand`: A (n, m), b (n,), the bounds
     (m,), the rows' `scale` (n,) and which of them are `idle`; `size` (m,) are the largest |x|.
 
     Returns the torque that is nothing, whether an idle row is asked for more, and whether all of A

@@ -11,7 +11,8 @@ from ..checks import number_within
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..muscle.window import DEFAULT_TOLERANCE, Integrator, check_integration
-from .criterion import Criterion, SquaredForces
+from .criteria.criterion import Criterion
+from .criteria.forces import SquaredForces
 from .limits import ControlLimits
 from .normalizers import Normalizer, ReachableMaximum
 from .optimization import Solver
@@ -66,8 +67,8 @@ class RecruitmentSettings:
             raise ParameterError(f"solver = {self.solver!r} is not one of {list(Solver)}")
         if not callable(self.normalizer):
             raise ParameterError(f"normalizer = {self.normalizer!r} is not a function")
-        if not callable(getattr(self.criterion, "problem", None)):
-            raise ParameterError(f"criterion = {self.criterion!r} has no function problem")
+        if not callable(getattr(self.criterion, "prepare", None)):
+            raise ParameterError(f"criterion = {self.criterion!r} has no function prepare")
         self._keep_each("coordinate_weights", 1e-6, 1e6)
         for name in ("weights", "control_limits"):
             if not isinstance(getattr(self, name), Mapping):

@@ -7,6 +7,7 @@ from scipy.optimize import linprog
 import exudyn_muscles as em
 from exudyn_muscles import analysis
 from exudyn_muscles.analysis.feasible import force_ranges
+from exudyn_muscles.recruitment.demand import Demand
 from exudyn_muscles.recruitment.optimization import Recruiter
 from exudyn_muscles.recruitment.settings import RecruitmentSettings
 from models import leg
@@ -15,9 +16,7 @@ GIVEN = RecruitmentSettings()
 
 
 def recruit(r, Q_m, low, high, N):
-    return Recruiter(GIVEN.solver, GIVEN.coordinate_weights, GIVEN.criterion).solve(
-        r, Q_m, low, high, N
-    )
+    return Recruiter(GIVEN.solver, GIVEN.coordinate_weights).solve(Demand(r, Q_m, low, high, N))
 
 
 def random_recruitment(seed, m=20, n=6):

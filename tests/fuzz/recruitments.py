@@ -5,6 +5,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 import exudyn_muscles as em
+from exudyn_muscles.recruitment.demand import Demand
 from exudyn_muscles.recruitment.optimization import Recruiter
 
 NEAR = 1e-6  # of the scaled problem
@@ -67,7 +68,7 @@ def lack_of_optimality(A, x, low, high):
 def check(rng):
     r, low, high, N, Q = problem(rng)
     recruiter = Recruiter(rng.choice(list(em.Solver)))
-    found, again = (recruiter.solve(r, Q, low, high, N) for _ in range(2))
+    found, again = (recruiter.solve(Demand(r, Q, low, high, N)) for _ in range(2))
     assert found.force.tobytes() == again.force.tobytes(), "other bits the second time"
     F, torque, unmet = found.force, found.torque, found.unmet
     assert np.isfinite(F).all() and np.isfinite(unmet).all(), f"not finite: {found}"

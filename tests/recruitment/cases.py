@@ -4,11 +4,12 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 import exudyn_muscles as em
+from exudyn_muscles.recruitment.demand import Demand
 from exudyn_muscles.recruitment.optimization import Recruiter
 
 
 class Case:
-    """Arguments of `Recruiter.solve`."""
+    """A `Demand`."""
 
     def __init__(self, r, Q_m, F_min, F_max, N=None):
         self.r = np.array(r, dtype=float)
@@ -18,11 +19,11 @@ class Case:
         self.F_max = np.zeros(m) + F_max
         self.N = np.maximum(self.F_max, 1.0) if N is None else np.zeros(m) + N
 
-    def arguments(self):
-        return self.r, self.Q_m, self.F_min, self.F_max, self.N
+    def demand(self):
+        return Demand(self.r, self.Q_m, self.F_min, self.F_max, self.N)
 
     def solve(self, solver=em.Solver.DAQP, weights=1.0):
-        return Recruiter(solver, weights).solve(*self.arguments())
+        return Recruiter(solver, weights).solve(self.demand())
 
 
 def random_case(seed, m, n, reach=0.6):

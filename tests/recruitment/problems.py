@@ -1,6 +1,6 @@
 """Random recruitments of every kind, and what can be proven of their answers.
 
-`draw` makes the arguments of `Recruiter.solve`; `complaints` lists what is wrong with an answer, by
+`draw` makes a demand; `complaints` lists what is wrong with an answer, by
 means that share no code with it: a linear program says whether the demand is within reach, and a
 plane between the demand and everything within reach proves that no torque is nearer.
 """
@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from exudyn_muscles.recruitment.certificate import ACCEPTED
+from exudyn_muscles.recruitment.demand import Demand
 from exudyn_muscles.recruitment.optimization import Recruiter
 from exudyn_muscles.recruitment.problem import ScaledProblem
 
@@ -20,7 +21,7 @@ EPSILON = 2.0**-52
 
 
 class Problem(NamedTuple):
-    """Arguments of `Recruiter.solve`, and the coordinates' weights (n,)."""
+    """What a `Demand` is made of, and the coordinates' weights (n,)."""
 
     r: np.ndarray
     Q_m: np.ndarray
@@ -128,7 +129,7 @@ def complaints(problem, counts=None):
     was looked at."""
     r, Q_m, F_min, F_max, N, weights = problem
     try:
-        found = Recruiter(weights=weights).solve(*problem[:5])
+        found = Recruiter(weights=weights).solve(Demand(*problem[:5]))
     except Exception as error:
         return [f"error {error!r}"]
     wrong = []
@@ -160,7 +161,7 @@ def complaints(problem, counts=None):
 
 def tolerances(problem, F):
     """What counts as no gap (n,)."""
-    return ScaledProblem(*problem[:5])._tolerance(F)
+    return ScaledProblem(Demand(*problem[:5]))._tolerance(F)
 
 
 def within_reach(problem, F):
@@ -209,7 +210,7 @@ def distances(problem, F):
     With the normal v of the plane through the nearest point, v (b - A x) is at least its smallest
     value over all x within bounds.
     """
-    scaled = ScaledProblem(*problem[:5])
+    scaled = ScaledProblem(Demand(*problem[:5]))
     W = np.sqrt(problem.weights / problem.weights.min()).astype(WIDE)
     A, b = W[:, None] * scaled.without_noise(), W * scaled.b
     low, high = scaled.lb, scaled.ub

@@ -8,24 +8,34 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
+from exudyn_muscles.recruitment.demand import Demand
 from exudyn_muscles.recruitment.optimization import Recruiter
 from exudyn_muscles.recruitment.problem import ScaledProblem
 from models import planar_arm
+
+
+def recruit(criterion, solver=em.Solver.DAQP):
+    """The function of a demand's arrays that recruits by a criterion."""
+    recruiter = Recruiter(solver, problem_of=criterion.prepare(None))
+    return lambda *arrays: recruiter.solve(Demand(*arrays))
 
 
 @dataclass(frozen=True)
 class SpareTheFirst:
     """As the paper's, with one muscle a hundred times as dear."""
 
-    def problem(self, r, Q_m, F_min, F_max, N):
-        dearer = np.ones(N.size)
-        dearer[0] = 0.1
-        return ScaledProblem(r, Q_m, F_min, F_max, N * dearer)
+    def prepare(self, model):
+        def problem(demand):
+            dearer = np.ones(demand.N.size)
+            dearer[0] = 0.1
+            return ScaledProblem(demand._replace(N=demand.N * dearer))
+
+        return problem
 
 
 def test_recruitment():
     r, high = np.array([[0.05], [0.05]]), np.array([1000.0, 1000.0])
-    solve = Recruiter(criterion=SpareTheFirst()).solve
+    solve = recruit(SpareTheFirst())
     found = solve(r, np.array([10.0]), np.zeros(2), high, high)
     np.testing.assert_allclose(found.force, [200.0 / 101.0, 20000.0 / 101.0], rtol=1e-12)
     out = solve(r, np.array([110.0]), np.zeros(2), high, high)
@@ -58,16 +68,12 @@ class Near(ScaledProblem):
 def test_another_cost_is_certified_by_its_own_gradient(solver):
     """Both carry the half of their normalising forces and the same share of what is left."""
     r, high = np.array([[0.05], [0.05]]), np.array([1000.0, 1000.0])
-    criterion = SimpleNamespace(problem=Near)
-    found = Recruiter(solver, criterion=criterion).solve(
-        r, np.array([60.0]), np.zeros(2), high, high
-    )
+    solve = recruit(SimpleNamespace(prepare=lambda model: Near), solver)
+    found = solve(r, np.array([60.0]), np.zeros(2), high, high)
     np.testing.assert_allclose(found.force, 600.0, rtol=1e-7)
     assert found.residual < 1e-7
     opposed = np.array([[0.05], [-0.05]])
-    found = Recruiter(solver, criterion=criterion).solve(
-        opposed, np.array([10.0]), np.zeros(2), high, high
-    )
+    found = solve(opposed, np.array([10.0]), np.zeros(2), high, high)
     np.testing.assert_allclose(found.force, [600.0, 400.0], rtol=1e-7)
 
 
@@ -75,7 +81,7 @@ def test_another_cost_is_certified_by_its_own_gradient(solver):
 @pytest.mark.parametrize("solver", em.Solver)
 def test_powers(power, solver):
     """Of two muscles with one arm: x_i of N_i, of which N_i x_i^(p-1) are as 1 to 1."""
-    solve = Recruiter(solver, criterion=em.PoweredForces(power)).solve
+    solve = recruit(em.PoweredForces(power), solver)
     r, N = np.array([[0.05], [0.05]]), np.array([1000.0, 300.0])
     found = solve(r, np.array([30.0]), np.zeros(2), N, N)
     share = (N[1] / N[0]) ** (1.0 / (power - 1.0))
@@ -93,14 +99,14 @@ def test_powers_of_many_muscles():
         low, N = 0.02 * high, high * rng.uniform(0.5, 1.5, m)
         given = low + (high - low) * rng.uniform(0.0, 0.8, m)
         for power in (2.5, 3.0, 5.0):
-            solve = Recruiter(criterion=em.PoweredForces(power)).solve
+            solve = recruit(em.PoweredForces(power))
             found = solve(r, r.T @ given, low, high, N)
             assert found.met and found.residual < 1e-10
             assert ((found.force / N) ** power).sum() <= ((given / N) ** power).sum()
 
 
 def test_powers_out_of_reach_and_out_of_range():
-    solve = Recruiter(criterion=em.PoweredForces(3.0)).solve
+    solve = recruit(em.PoweredForces(3.0))
     r, high = np.array([[0.05], [0.05]]), np.array([1000.0, 1000.0])
     np.testing.assert_allclose(solve(r, np.array([110.0]), np.zeros(2), high, high).unmet, 10.0)
     with pytest.raises(em.ParameterError, match=r"exponent = 6 is outside \[2, 5\]"):
@@ -108,5 +114,5 @@ def test_powers_out_of_reach_and_out_of_range():
 
 
 def test_something_else_is_an_error():
-    with pytest.raises(em.ParameterError, match="criterion = 3 has no function problem"):
+    with pytest.raises(em.ParameterError, match="criterion = 3 has no function prepare"):
         em.StaticSettings(criterion=3)

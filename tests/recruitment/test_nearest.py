@@ -6,6 +6,7 @@ from scipy.optimize import lsq_linear
 
 import exudyn_muscles as em
 from exudyn_muscles.recruitment import optimization
+from exudyn_muscles.recruitment.demand import Demand
 from exudyn_muscles.recruitment.problem import ScaledProblem
 
 from .cases import Case, check_optimal, random_case, with_reserves
@@ -30,7 +31,7 @@ def test_one_coordinate_out_of_reach(solver, demand):
 
 def independent(case, weights):
     """The smallest scaled gap, by SciPy, of a problem whose unlimited actuators are reserves."""
-    scaled = ScaledProblem(*case.arguments())
+    scaled = ScaledProblem(case.demand())
     A, b = weights[:, None] * scaled.A, weights * scaled.b
     free = np.isinf(scaled.lb)
     # Coordinates with an unlimited reserve are met whatever the others do.
@@ -56,7 +57,7 @@ def test_out_of_reach_an_independent_solver_finds_no_smaller_gap(seed, reserved)
     weights = 10.0 ** rng.uniform(-2.0, 2.0, n)
     found = case.solve(weights=weights)
     weights = np.sqrt(weights / weights.min())
-    gap = np.linalg.norm(weights * found.unmet / ScaledProblem(*case.arguments()).scale)
+    gap = np.linalg.norm(weights * found.unmet / ScaledProblem(case.demand()).scale)
     best = independent(case, weights)
     assert best > 1e-3
     assert gap == pytest.approx(best, rel=1e-8)
@@ -149,9 +150,8 @@ def test_everything_fixed():
 
 
 def test_rows_are_scaled_to_length_one():
-    problem = ScaledProblem(
-        np.array([[3.0, 0.0], [4.0, 0.0]]), np.array([10.0, 2.0]), np.zeros(2), *np.ones((2, 2))
-    )
+    arms, asked = np.array([[3.0, 0.0], [4.0, 0.0]]), np.array([10.0, 2.0])
+    problem = ScaledProblem(Demand(arms, asked, np.zeros(2), *np.ones((2, 2))))
     np.testing.assert_allclose(problem.scale, [5.0, 1.0])  # nothing acts on the second
     np.testing.assert_allclose(problem.A, [[0.6, 0.8], [0.0, 0.0]])
     np.testing.assert_allclose(problem.b, [2.0, 0.0])

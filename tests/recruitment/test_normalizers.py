@@ -28,12 +28,13 @@ def test_maximum_isometric_force():
 
 def test_normalizers_change_who_pulls():
     """With equal arms, forces share as the squares of their normalisers."""
+    from exudyn_muscles.recruitment.demand import Demand
     from exudyn_muscles.recruitment.optimization import Recruiter
 
     r, F_max = np.full((3, 1), 0.05), np.array([900.0, 600.0, 300.0])
     for normalizer in (em.ReachableMaximum(), em.MaximumIsometricForce()):
         N = normalizer(MUSCLES, F_max, GEOMETRY)
-        F = Recruiter().solve(r, np.array([10.0]), np.zeros(3), F_max, N).force
+        F = Recruiter().solve(Demand(r, np.array([10.0]), np.zeros(3), F_max, N)).force
         np.testing.assert_allclose(F / F[0], (N / N[0]) ** 2, rtol=1e-9)
 
 

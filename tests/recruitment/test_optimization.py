@@ -89,7 +89,7 @@ def test_the_users_solver_is_asked_first(name, monkeypatch):
 
 @pytest.mark.parametrize("name", ZOO)
 def test_daqp_is_asked_as_qpsolvers_asks_it(name):
-    problem = ScaledProblem(*ZOO[name].arguments())
+    problem = ScaledProblem(ZOO[name].demand())
     x, y = optimization.SOLVERS[em.Solver.DAQP](problem)
     solution = qpsolvers.solve_problem(problem, solver="daqp")
     np.testing.assert_array_equal(x, solution.x)
@@ -142,7 +142,7 @@ def test_general_optimizer_finds_nothing_better(seed):
 
 
 def solved(case):
-    problem = ScaledProblem(*case.arguments())
+    problem = ScaledProblem(case.demand())
     x, y = optimization.SOLVERS[em.Solver.DAQP](problem)
     return x, y, (problem.A, problem.b, problem.lb, problem.ub)
 

@@ -1,15 +1,23 @@
-"""Recruitment by another power than the square, as a sequence of quadratic programs."""
+"""Another power than the square, as a sequence of quadratic programs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import qpsolvers
 
-from .certificate import kkt_residual
-from .problem import Answer, ScaledProblem
+from ...checks import number_within
+from ...model import MusculoskeletalModel
+from ..certificate import kkt_residual
+from ..demand import Demand
+from ..problem import Answer, ScaledProblem
+from .criterion import Problems
 
+# Beyond it programs of nearly no curvature are not always solved to what is accepted.
+LARGEST_EXPONENT = 5.0
 MOST_PROGRAMS = 100
 CONVERGED = 1e-11  # KKT residual, a tenth of what is accepted of DAQP
 # Curvatures are at least this part of the largest one: they vanish with forces.
@@ -21,16 +29,8 @@ ROUNDED = 1.0 + 1e-8  # near the solution costs differ by what constraints are o
 class PoweredProblem(ScaledProblem):
     """min s^2 sum |x / s|^p / p in place of x^2/2 of `ScaledProblem`, with the size s of x."""
 
-    def __init__(
-        self,
-        r: np.ndarray,
-        Q_m: np.ndarray,
-        F_min: np.ndarray,
-        F_max: np.ndarray,
-        N: np.ndarray,
-        power: float,
-    ) -> None:
-        super().__init__(r, Q_m, F_min, F_max, N)
+    def __init__(self, demand: Demand, power: float) -> None:
+        super().__init__(demand)
         self._power = power
         shortest = np.linalg.lstsq(self.A, self.b, rcond=None)[0] if self.finite else np.zeros(1)
         self._around = float(np.abs(shortest).max()) or 1.0
@@ -70,3 +70,31 @@ class PoweredProblem(ScaledProblem):
 
     def _cost(self, x: np.ndarray) -> float:
         return float((np.abs(x / self._around) ** self._power).sum())
+
+
+@dataclass(frozen=True)
+class PoweredForces:
+    """The least sum of |F_i / N_i|^exponent, as of muscle endurance with 3.
+
+    The larger the exponent, the more evenly muscles share. Out of reach, where all that counts is
+    the nearest torque, the forces with that torque are those of `SquaredForces`.
+
+    Parameters
+    ----------
+    exponent : float
+        Between 2 and 5.
+
+    Raises
+    ------
+    ParameterError
+        It is not; names it.
+    """
+
+    exponent: float
+
+    def __post_init__(self) -> None:
+        number_within("exponent", self.exponent, 2.0, LARGEST_EXPONENT)
+
+    def prepare(self, model: MusculoskeletalModel) -> Problems:
+        """See `Criterion`."""
+        return partial(PoweredProblem, power=self.exponent)
