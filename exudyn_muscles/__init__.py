@@ -5,6 +5,7 @@ from typing import Any
 
 from . import analysis, opensim, operators, plot, storage, view
 from .errors import (
+    CriterionWarning,
     DisplayError,
     ExudynMusclesError,
     ExudynMusclesWarning,
@@ -63,8 +64,12 @@ from .path.functions import FunctionPath
 from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
 from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, WrapTorus
 from .recruitment.criteria.criterion import Criterion
+from .recruitment.criteria.followed import Followed
 from .recruitment.criteria.forces import SquaredForces
-from .recruitment.criteria.powers import PoweredForces
+from .recruitment.criteria.minmax import MinMax
+from .recruitment.criteria.powers import PoweredActivations, PoweredForces
+from .recruitment.criteria.quantity import Quantity
+from .recruitment.criteria.synergies import Synergies
 from .recruitment.limits import ControlLimits
 from .recruitment.normalizers import (
     MaximumIsometricForce,
@@ -106,6 +111,7 @@ __all__ = [
     "CosimulationSettings",
     "Counts",
     "Criterion",
+    "CriterionWarning",
     "Curve",
     "CustomLaw",
     "DeGrooteFregly2016",
@@ -120,6 +126,7 @@ __all__ = [
     "ExudynMusclesError",
     "ExudynMusclesWarning",
     "FirstIterate",
+    "Followed",
     "Follower",
     "ForwardPlugin",
     "ForwardSettings",
@@ -133,6 +140,7 @@ __all__ = [
     "LowPass",
     "MaximumIsometricForce",
     "Millard2012",
+    "MinMax",
     "ModelError",
     "ModelFileError",
     "ModelFileWarning",
@@ -154,9 +162,11 @@ __all__ = [
     "PathWarning",
     "PathWrap",
     "PointActuator",
+    "PoweredActivations",
     "PoweredForces",
     "Prediction",
     "Predictor",
+    "Quantity",
     "ReachableMaximum",
     "RecruitmentError",
     "RecruitmentSettings",
@@ -181,6 +191,7 @@ __all__ = [
     "Storage",
     "StorageError",
     "StorageWarning",
+    "Synergies",
     "Thelen2003",
     "Thelen2003Deprecated",
     "TorqueActuator",

@@ -108,6 +108,10 @@ class PathWarning(ExudynMusclesWarning):
     """A muscle path cannot act on the skeleton."""
 
 
+class CriterionWarning(ExudynMusclesWarning):
+    """Forces of some recruitments are not those that the criterion prefers."""
+
+
 class PassiveForceWarning(ExudynMusclesWarning):
     """A muscle pulls with more than its isometric force without being excited."""
 

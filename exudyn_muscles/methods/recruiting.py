@@ -226,9 +226,11 @@ class MuscleOptimization:
             r = np.vstack([r, geometry.columns.T])
             low, high = np.concatenate((low, ideal[0])), np.concatenate((high, ideal[1]))
             N = np.concatenate((N, self._optimal))
-        return self._recruiter.solve(
+        found = self._recruiter.solve(
             Demand(r, Q_m, low, high, N, t, excitation, activation, self._cheaper)
         )
+        self._counts.not_preferred += not found.preferred
+        return found
 
     def _check_met(self, recruitment: Recruitment, t: float) -> None:
         if self._settings.raise_on_unmet_torque and not recruitment.met:

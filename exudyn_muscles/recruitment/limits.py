@@ -47,7 +47,10 @@ class ControlLimits:
     def __post_init__(self) -> None:
         if not isinstance(self.steps, bool):
             raise ParameterError(f"control limits: steps is True or False, got {self.steps!r}")
-        nodes = _nodes("minimum", self.minimum), _nodes("maximum", self.maximum)
+        nodes = (
+            course_nodes("control limits: minimum", self.minimum),
+            course_nodes("control limits: maximum", self.maximum),
+        )
         object.__setattr__(self, "_nodes", nodes)
         for name, (t, x) in zip(("minimum", "maximum"), nodes, strict=True):
             course = getattr(self, name)
@@ -170,8 +173,8 @@ def _packed(rows: Sequence[int], courses: Sequence[ControlLimits]) -> tuple[np.n
     return np.array(rows), starts, times, values, np.array([course.steps for course in courses])
 
 
-def _nodes(name: str, course: Course) -> tuple[np.ndarray, np.ndarray]:
-    """A course as times and values."""
+def course_nodes(what: str, course: Course) -> tuple[np.ndarray, np.ndarray]:
+    """A course as times and values; `what` is it called in errors."""
     try:
         times, values = course if isinstance(course, tuple) else ([0.0], [course])
         t, x = np.array(times, dtype=float), np.array(values, dtype=float)
@@ -184,8 +187,7 @@ def _nodes(name: str, course: Course) -> tuple[np.ndarray, np.ndarray]:
         or np.isnan(x).any()
     ):
         raise ParameterError(
-            f"control limits: {name} is a number, or increasing times and as many values, got "
-            f"{course!r}"
+            f"{what} is a number, or increasing times and as many values, got {course!r}"
         )
     return t, x
 

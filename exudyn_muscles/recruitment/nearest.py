@@ -30,8 +30,9 @@ HOLDS = 1e-9
 
 
 @kernel(allocates=True)
-def two_levels(A, b, low, high, weights, x):
-    """Write the cheapest of the x (m,) with the nearest torque.
+def two_levels(A, b, low, high, weights, x, loose):
+    """Write the cheapest of the x (m,) with the nearest torque, and which of them are `loose` (m,):
+    they may change without the torque becoming less near.
 
     Returns two residuals. Of the nearest torque: the largest slope of the gap that an unknown could
     still follow, over the sum of its terms' sizes. Of the cheapest x: that of `cheapest_point`.
@@ -53,7 +54,6 @@ def two_levels(A, b, low, high, weights, x):
         u *= p.length
         residual = nearest_point(p, u, at, slope)
         gaps(p, u, r, size)
-    loose = np.empty(m, dtype=np.bool_)
     for i in range(m):
         gap, terms = 0.0, 0.0
         for j in range(n):

@@ -19,7 +19,7 @@ import qpsolvers
 from numpy.typing import ArrayLike
 
 from ..errors import RecruitmentError
-from .certificate import ACCEPTED, kkt_residual
+from .certificate import ACCEPTED
 from .demand import Demand
 from .nearest import two_levels
 from .problem import Answer, Recruitment, ScaledProblem
@@ -28,6 +28,8 @@ from .problem import Answer, Recruitment, ScaledProblem
 OSQP = {"eps_abs": 1e-8, "eps_rel": 1e-8, "polishing": True, "max_iter": 20000}
 # DAQP's infinity, and its mark of a row that is an equality.
 UNBOUNDED, EQUALITY = 1e30, 5
+# How far DAQP may pass a bound: its default, and what sequences of programs need to come to an end.
+USUAL, EXACT = 1e-6, 1e-12
 # And of the nearest torque, over the terms that it is the sum of.
 ACCEPTED_NEAREST = 1e-12
 
@@ -77,39 +79,50 @@ class Recruiter:
             raise RecruitmentError(
                 f"the demanded torques {demand.Q_m} or the forces {demand.F_max} N are not finite"
             )
-        answer = self._ask(problem)
+        answer = None if problem.unreachable else self._ask(problem)
         if answer is not None:
             found = problem.recruited(*answer)
             if found.met:
                 return found
         # Out of reach, or within it but not for a solver of limited precision.
-        return problem.recruited(*nearest(problem, self._weights))
+        x, residual, loose = nearest(problem, self._weights)
+        if np.array_equal(problem.gradient(x), x) or _only_one(problem.A[:, loose]):
+            return problem.recruited(x, residual)
+        # It is another cost than that of squares that is to be least.
+        answer = self._ask(problem.narrowed(x, loose))
+        if answer is None:
+            return problem.recruited(x, residual, preferred=False)
+        return problem.recruited(*answer)
+
+
+def _only_one(A: np.ndarray) -> bool:
+    """Whether A x = b has one solution at most."""
+    return A.shape[1] == 0 or int(np.linalg.matrix_rank(A)) == A.shape[1]
 
 
 def ask(
     solve: Callable[[qpsolvers.Problem], Answer], accepted: float, problem: ScaledProblem
 ) -> tuple[np.ndarray, float] | None:
     """x and its KKT residual, if `solve` has an answer with one of `accepted` at most."""
-    if problem.unreachable:
-        return None
     answer = problem.solved(solve)
     if answer is None:
         return None
-    x, y = answer
-    g = problem.gradient(x)
-    residual = kkt_residual(x, g, y, problem.A, problem.b, problem.lb, problem.ub)
-    return (x, residual) if residual <= accepted else None
+    residual = problem.residual(*answer)
+    return (answer[0], residual) if residual <= max(accepted, problem.accepted) else None
 
 
 def _ask_daqp(problem: qpsolvers.Problem) -> Answer:
     """Asked itself: through qpsolvers a Ctrl-C can end within ctypes, which swallow it."""
-    n, m = problem.A.shape
-    high, low = np.concatenate([problem.ub, problem.b]), np.full(m + n, -UNBOUNDED)
+    (n, m), A, upper = problem.A.shape, problem.A, np.concatenate([problem.ub, problem.b])
+    if problem.G is not None:
+        A, upper = np.vstack([A, problem.G]), np.concatenate([upper, problem.h])
+    low = np.full(upper.size, -UNBOUNDED)
     low[:m] = problem.lb
-    sense = np.zeros(m + n, np.intc)
-    sense[m:] = EQUALITY
-    x, _, found, info = daqp.solve(problem.P, problem.q, problem.A, high, low, sense)
-    return (x, info["lam"][m:]) if found > 0 else None
+    sense = np.zeros(upper.size, np.intc)
+    sense[m : m + n] = EQUALITY
+    passed = USUAL if isinstance(problem, ScaledProblem) else EXACT
+    x, _, found, info = daqp.solve(problem.P, problem.q, A, upper, low, sense, primal_tol=passed)
+    return (x, info["lam"][m : m + n]) if found > 0 else None
 
 
 def _ask_osqp(problem: qpsolvers.Problem) -> Answer:
@@ -128,8 +141,9 @@ SOLVERS = {Solver.DAQP: _ask_daqp, Solver.OSQP: _ask_osqp}
 OF_SOLVER = {Solver.DAQP: 1e-10, Solver.OSQP: ACCEPTED}
 
 
-def nearest(problem: ScaledProblem, weights: np.ndarray) -> tuple[np.ndarray, float]:
-    """The cheapest x whose torque is nearest to the demand, and its residual.
+def nearest(problem: ScaledProblem, weights: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
+    """The x (m,) of the least squares whose torque is nearest to the demand, its residual, and
+    which of its unknowns may change without the torque becoming less near (m,).
 
     Nearest in the scaled rows, times their `weights` (n,): every coordinate's gap counts relative
     to what its actuators can do, which also compares torques with forces.
@@ -139,13 +153,13 @@ def nearest(problem: ScaledProblem, weights: np.ndarray) -> tuple[np.ndarray, fl
     RecruitmentError
         The nearest torque's residual is not acceptable, as of demands whose squares overflow.
     """
-    x = np.empty(problem.lb.size)
+    x, loose = np.empty(problem.lb.size), np.empty(problem.lb.size, dtype=np.bool_)
     first, second = two_levels(
         problem.without_noise(), problem.b, problem.lb, problem.ub,
-        weights + np.zeros(problem.b.size), x,
+        weights + np.zeros(problem.b.size), x, loose,
     )  # fmt: skip
     if not (first <= ACCEPTED_NEAREST and np.isfinite(x).all()):
         raise RecruitmentError(
             f"no nearest torque found for {problem.b * problem.scale}, residual {first:.3g}"
         )
-    return x, max(first, second)
+    return x, max(first, second), loose

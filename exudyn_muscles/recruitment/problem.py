@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from copy import copy
+from typing import NamedTuple, Self
 
 import numpy as np
 import qpsolvers
 
 from ..numerics.kernel import kernel
+from .certificate import ROUNDING, kkt_residual
 from .demand import Demand
 
 # A torque left over counts as unmet above this part of what the row's actuators can do, at their
 # normalising forces at most.
 UNMET = 1e-7
-# Rounding of sums over the sizes of their terms: it is then all that can be asked for.
-ROUNDING = 1e-12
 # Arms this much shorter than the longest one are rounding: 1e-17 m beside 1e-2 m.
 NOISE = 1e-12
 # Rounding of a demand [N m or N] where nothing acts, and over the largest demand.
@@ -32,7 +32,9 @@ class Recruitment(NamedTuple):
 
     `force` F_opt (m,) [N, or N m], `torque` delivered (n,), `unmet` demanded minus delivered torque
     (n,), exactly zero where the demand is met, and the `residual` of the optimality conditions:
-    that of `kkt_residual`, or out of reach those of `two_levels`. `met` says that all of it is.
+    that of `kkt_residual`, or out of reach those of `two_levels`. `met` says that all of it is,
+    `preferred` that the forces are what the criterion prefers: if its problem is not solved, they
+    are those of the least squares.
     """
 
     force: np.ndarray
@@ -40,6 +42,7 @@ class Recruitment(NamedTuple):
     unmet: np.ndarray
     residual: float
     met: bool
+    preferred: bool
 
 
 class ScaledProblem(qpsolvers.Problem):
@@ -57,9 +60,13 @@ class ScaledProblem(qpsolvers.Problem):
     scale : (n,) ndarray
         The rows' lengths before. Coordinates that actuators cross by no more than rounding have
         none, and rows of zeros.
+    accepted : float
+        The residual up to which an answer is taken if a solver's own limit is less.
     unreachable, finite : bool
         That one of these is asked for a torque; that all numbers of A and b are finite.
     """
+
+    accepted = 0.0
 
     def __init__(self, demand: Demand) -> None:
         r, Q_m, F_min, F_max, N = given = demand[:5]
@@ -80,12 +87,24 @@ class ScaledProblem(qpsolvers.Problem):
         """The solution, of a solver that can be asked for that of any quadratic program."""
         return ask(self)
 
+    def residual(self, x: np.ndarray, y: np.ndarray) -> float:
+        """What the optimality conditions say of an answer."""
+        return kkt_residual(x, self.gradient(x), y, self.A, self.b, self.lb, self.ub)
+
+    def narrowed(self, x: np.ndarray, loose: np.ndarray) -> Self:
+        """The same cost for the torque of `x` (m,), of which only those that are `loose` (m,) may
+        differ."""
+        problem = copy(self)
+        problem.b = self.A @ x
+        problem.lb, problem.ub = np.where(loose, self.lb, x), np.where(loose, self.ub, x)
+        return problem
+
     def without_noise(self) -> np.ndarray:
         """A (n, m) with zeros in place of arms that are rounding."""
         arms = np.abs(self._given[0].T)
         return np.ascontiguousarray(np.where(arms <= NOISE * arms.max(), 0.0, self.A))
 
-    def recruited(self, x: np.ndarray, residual: float) -> Recruitment:
+    def recruited(self, x: np.ndarray, residual: float, *, preferred: bool = True) -> Recruitment:
         """The forces that `x` stands for, and what they deliver."""
         r, Q_m, F_min, F_max, N = self._given
         F = np.empty(x.size)
@@ -96,7 +115,7 @@ class ScaledProblem(qpsolvers.Problem):
         if not met:
             unmet[np.abs(unmet) <= self._tolerance(F)] = 0.0
             met = not unmet.any()
-        return Recruitment(F, torque, unmet, residual, met)
+        return Recruitment(F, torque, unmet, residual, met, preferred)
 
     def _tolerance(self, F: np.ndarray) -> np.ndarray:
         """Up to where torques (n,) are no gap: of what a row's actuators can do, and of rounding in

@@ -26,6 +26,8 @@ class Counts:
         Steps that Exudyn tried and gave up.
     recruitments : int
         Solutions of (10), the start's included.
+    not_preferred : int
+        Those with forces of the least squares, because what the criterion prefers was not found.
     window_integrations : int
         Integrations of one muscle over one window, for bounds and excitations.
     newton_iterations : int
@@ -35,6 +37,7 @@ class Counts:
     steps: int = 0
     rejected_steps: int = 0
     recruitments: int = 0
+    not_preferred: int = 0
     window_integrations: int = 0
     newton_iterations: int = 0
 

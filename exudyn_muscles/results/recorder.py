@@ -87,7 +87,7 @@ class Recorder:
         self._begun = process_time()
         self._ended: float | None = None
         self.start = 0.0, np.zeros(len(model.reserves)), np.zeros(len(model.coordinates))
-        self._method, self._model, self._settings, self._counts = method, model, settings, counts
+        self._method, self._model, self._settings, self.counts = method, model, settings, counts
         self._motion = motion
         self._rows: list[Row] = []
 
@@ -210,7 +210,7 @@ class Recorder:
             method=self._method,
             status=self.status,
             message=self.message,
-            counts=self._counts.copy(),
+            counts=self.counts.copy(),
             cpu_time=ended - self._begun,
             settings=plain(self._settings),
             versions=dict(versions()),

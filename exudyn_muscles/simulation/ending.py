@@ -8,6 +8,7 @@ import exudyn as exu
 import numpy as np
 
 from ..errors import (
+    CriterionWarning,
     IncompleteRunWarning,
     SimulationError,
     TrackingWarning,
@@ -58,11 +59,18 @@ def judge_tracking(record: Recorder, end: float) -> str:
 
 
 def warn_of_shortfalls(record: Recorder, off: str) -> None:
-    """One UnmetTorqueWarning and one TrackingWarning, of how the run is `off`, for a whole run, if
-    there is anything to say."""
+    """One UnmetTorqueWarning, one CriterionWarning and one TrackingWarning, of how the run is
+    `off`, for a whole run, if there is anything to say."""
     if record.fell_short:
         text = record.trajectory().unmet_torque_report()
         warn(f"unmet torque: {text}", UnmetTorqueWarning)
+    counts = record.counts
+    if counts.not_preferred:
+        warn(
+            f"in {counts.not_preferred} of {counts.recruitments} recruitments what the criterion "
+            "prefers was not found; their forces are those of the least squares",
+            CriterionWarning,
+        )
     if off:
         warn(f"tracking: {off}", TrackingWarning)
 
