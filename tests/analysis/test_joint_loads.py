@@ -1,7 +1,6 @@
 """Loads of joints against OpenSim's JointReaction, Newton's laws, Exudyn's own outputs, and each
 other: of trees, of bodies with joints, and within runs."""
 
-import warnings
 from itertools import pairwise
 
 import exudyn as exu
@@ -17,35 +16,18 @@ from exudyn_muscles.skeleton.joints import JointFrame
 from exudyn_muscles.skeleton.tree import tree_frames
 from models import leg, pedalling, pendulum, planar_arm
 
-from ..make_analyses import FILES, PIPELINES, ROWS
-from ..opensim import loop_models, needs_opensim_files, passive_models
-from ..own_models import FOLDER, OWN
+from ..make_analyses import ROWS
+from ..opensim import loop_models, passive_models
+from ..own_models import FOLDER
 from ..runs import KP, csf, plugin_run, settings, start_at
 from ..skeleton.system.convert import TAIT_BRYAN, as_bodies
-
-NAMES = [
-    "arm", *(pytest.param(name, marks=needs_opensim_files) for name in FILES)
-]  # fmt: skip
+from .opensims import NAMES, opensims
 
 
 def loaded(tmp_path, text, **more):
     file = tmp_path / "model.osim"
     file.write_text(text)
     return em.opensim.load_model(file, **more)
-
-
-def opensims(name, tmp_path):
-    """A model with all that acts on it."""
-    if name in OWN:
-        return loaded(tmp_path, OWN[name]())
-    file, actuators, loads, _ = FILES[name]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", em.ModelFileWarning)
-        return em.opensim.load_model(
-            PIPELINES / file,
-            force_sets=[] if actuators is None else [PIPELINES / actuators],
-            external_loads=None if loads is None else PIPELINES / loads,
-        )
 
 
 def written(model, t, q, v, F, f, *, on_parent=False):
@@ -70,7 +52,7 @@ def test_loads_are_those_of_joint_reaction(name, kind, tmp_path):
     """OpenSim's tangent points on surfaces are 1e-6 to 3e-5 m off the shortest way, and where an
     ellipsoid shares a segment with a cylinder, more: the forces there point elsewhere by a
     hundredth. Without what wraps nothing is left of it."""
-    model, numbers = opensims(name, tmp_path), np.load(FOLDER / f"analyses_{name}.npz")
+    model, numbers = opensims(name, tmp_path)
     at = [numbers["coordinate_names"].tolist().index(each) for each in model.coordinates]
     every = numbers["actuator_names"].tolist()
     muscles, others = (
