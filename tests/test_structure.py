@@ -14,7 +14,7 @@ PACKAGE = Path(exudyn_muscles.__file__).parent
 FLOORS = [
     "errors", "checks", "files", "numerics", "path", "muscle", "forces", "skeleton",
     "model motion operators shapes", "joints recruitment", "results", "simulation", "methods",
-    "analysis opensim plot view",
+    "analysis", "opensim plot view",
     "report storage", "", "cli",
 ]  # fmt: skip
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms.split() or [""]}

@@ -74,3 +74,17 @@ def joint_loads(
         for k, (quantity, unit) in enumerate(QUANTITIES.items())
     }
     return tabulated("joint loads", result.time, parts)
+
+
+def force_sizes(loads: Table) -> tuple[tuple[str, ...], np.ndarray]:
+    """Names of the joints of a table of loads, and the sizes (k, joints) of their forces [N].
+
+    Raises
+    ------
+    ParameterError
+        The table is of another analysis.
+    """
+    forces = loads["force"]
+    own = [column.removeprefix("force/") for column in loads.columns if column[:6] == "force/"]
+    names = tuple(dict.fromkeys(name.rpartition("/")[0] for name in own))
+    return names, np.linalg.norm(forces.reshape(len(forces), -1, 3), axis=2)
