@@ -260,6 +260,28 @@ def test_a_joint_bears_no_torque_about_an_axis_that_nothing_drives(forms):
             assert torque <= 1e-8 * np.abs(table["force"]).max()
 
 
+def test_an_ideal_joint_does_no_work():
+    """A knee slides as it bends: force and torque on what follows the angle are in balance. Of
+    muscles whose points do not move on their links, which the knee's angle would push along."""
+    model, motion = leg.build(), leg.motion()
+    fixed = [
+        muscle
+        for muscle in model.muscles
+        if not any(isinstance(point, em.MovingPathPoint) for point in muscle.path)
+    ]
+    model, t = model.replace(muscles=fixed), np.linspace(0.1, 0.9, 20)
+    q, v, _ = motion(t)
+    F, none = np.full((t.size, len(fixed)), 100.0), np.empty((t.size, 0))
+    states = Recorded(t, q, v, none, none, F, none)
+    each = [loads for _, loads in model_joints(model, ["knee"]).along(states)]
+    load = np.array([one.written(JointFrame.PARENT, on_parent=False)[0] for one in each])
+    angle, speed = (x[:, model.coordinates.index("knee")] for x in (q, v))
+    slides = [each.function.derivative(angle) * speed for each in model.dependent_coordinates]
+    of_force = load[:, 0] * slides[0] + load[:, 1] * slides[1]
+    assert np.abs(of_force).max() > 0.5
+    np.testing.assert_allclose(of_force, -load[:, 5] * speed, rtol=0, atol=1e-9)
+
+
 def test_frames_and_sides(forms):
     _, result, table = forms[0]
     model, name = forms[0][0], analysis.joint_names(forms[0][0])[-1]
