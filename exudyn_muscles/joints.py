@@ -11,7 +11,7 @@ import numpy as np
 from .errors import ParameterError
 from .forces.actuators import Reserve, actuator_table
 from .model import MusculoskeletalModel
-from .skeleton.joints import JointLoads
+from .skeleton.joints import Balance, JointLoads
 from .skeleton.skeleton import Skeleton
 from .skeleton.system.joints import SystemJoint, SystemJointLoads, system_joints
 from .skeleton.system.opened import OpenedSystem
@@ -59,8 +59,8 @@ class Joints(ABC):
     names: tuple[str, ...]
 
     @abstractmethod
-    def along(self, states: Recorded) -> Iterator[tuple[np.ndarray, JointLoads]]:
-        """Lengths (m,) of the muscles, and loads, at each of these states."""
+    def along(self, states: Recorded) -> Iterator[Balance]:
+        """What is at each of these states."""
 
     @abstractmethod
     def now(
@@ -142,16 +142,15 @@ class _OnTree(Joints):
         own = [joint for joint in joints if isinstance(joint, TreeJoint)]
         self._loads = TreeJointLoads(skeleton, own, model.paths, model.muscles.names, actuators)
 
-    def along(self, states: Recorded) -> Iterator[tuple[np.ndarray, JointLoads]]:
+    def along(self, states: Recorded) -> Iterator[Balance]:
         t, z, v, _, _, F, f = states
         for k, time in enumerate(t.tolist()):
-            loads, lengths = self._loads(z[k], v[k], time, F[k], f[k])
-            yield lengths, loads
+            yield self._loads(z[k], v[k], time, F[k], f[k])
 
     def now(
         self, q: np.ndarray, v: np.ndarray, t: float, F: np.ndarray, f: np.ndarray
     ) -> JointLoads:
-        return self._loads(q, v, t, F, f)[0]
+        return self._loads(q, v, t, F, f).loads
 
 
 class _OnBodies(Joints):
@@ -174,23 +173,27 @@ class _OnBodies(Joints):
             if isinstance(reserve, Reserve):
                 self._reserves[model.coordinates.index(reserve.coordinate), k] = 1.0
 
-    def along(self, states: Recorded) -> Iterator[tuple[np.ndarray, JointLoads]]:
+    def along(self, states: Recorded) -> Iterator[Balance]:
         t, z, _, x, x_t, F, f = states
         with self._skeleton.apart(z[0]) as system:
             for k, _ in enumerate(recorded(self._model.mbs, system.state, x, x_t, t)):
                 system.contacts.settle()
-                yield self._at(system, F[k], f[k])
+                length, load, loads = self._at(system, F[k], f[k])
+                pose, M = system.pose(), system.dynamics().M
+                acceleration = pose.T @ system.accelerations(load) + system.rate(pose)
+                yield Balance(loads, length, M, acceleration)
 
     def now(
         self, q: np.ndarray, v: np.ndarray, t: float, F: np.ndarray, f: np.ndarray
     ) -> JointLoads:
-        return self._at(self._skeleton.now, F, f)[1]
+        return self._at(self._skeleton.now, F, f)[2]
 
     def _at(
         self, system: OpenedSystem, F: np.ndarray, f: np.ndarray
-    ) -> tuple[np.ndarray, JointLoads]:
+    ) -> tuple[np.ndarray, np.ndarray, JointLoads]:
+        """Lengths (m,), forces on all coordinates (N,), and loads at the current state."""
         pose, loads = system.pose(), self._model.loads
         assert loads is not None
-        lengths, _, units = loads(pose)
+        length, _, units = loads(pose)
         load = np.append(F, f) @ units
-        return lengths, self._loads(system, pose, load, self._reserves @ f)
+        return length, load, self._loads(system, pose, load, self._reserves @ f)

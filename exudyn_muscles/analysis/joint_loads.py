@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ..errors import UnknownForcesWarning, warn
 from ..joints import Recorded, model_joints
 from ..model import MusculoskeletalModel
 from ..results.trajectory import Trajectory
@@ -13,6 +14,9 @@ from ..skeleton.joints import JointFrame
 from .states import check_fits, check_lengths, reserves_along
 from .table import Table, tabulated
 
+# Torque that nothing known gives, over the largest one, and [N m]: CSS and consistent co-simulation
+# deliver what differs from the recorded forces by a thousandth.
+UNKNOWN = 0.01
 QUANTITIES = {"force": "N", "torque": "N m", "center": "m"}
 
 
@@ -57,6 +61,11 @@ def joint_loads(
         There is no such joint, or the trajectory is of another model.
     ModelError
         The skeleton is a tree with other bodies beside it, whose state a trajectory lacks.
+
+    Warns
+    -----
+    UnknownForcesWarning
+        The motion needs torques that nothing known gives, such as those of PreStep functions.
     """
     check_fits(model, result)
     found, times = model_joints(model, joints), result.time.size
@@ -65,15 +74,33 @@ def joint_loads(
         result.system_speeds, result.tendon_forces, reserves_along(result),
     )  # fmt: skip
     written = np.empty((times, len(found.names), len(QUANTITIES), 3))
-    for k, (lengths, loads) in enumerate(found.along(states)):
-        check_lengths(model, result, k, lengths)
-        written[k] = loads.written(expressed_in, on_parent).reshape(written[k].shape)
+    lacking = np.zeros_like(result.accelerations)
+    for k, there in enumerate(found.along(states)):
+        check_lengths(model, result, k, there.length)
+        written[k] = there.loads.written(expressed_in, on_parent).reshape(written[k].shape)
+        lacking[k] = there.M @ (result.accelerations[k] - there.acceleration)
+    _warn_of_unknown_forces(result, lacking)
     labels = tuple(f"{name}/{axis}" for name in found.names for axis in "xyz")
     parts = {
         quantity: (unit, labels, written[:, :, k].reshape(times, -1))
         for k, (quantity, unit) in enumerate(QUANTITIES.items())
     }
     return tabulated("joint loads", result.time, parts)
+
+
+def _warn_of_unknown_forces(result: Trajectory, lacking: np.ndarray) -> None:
+    """Warn where the recorded motion needs torques (T, n) that nothing known gives."""
+    bound = UNKNOWN * np.abs(result.torques_delivered).max(initial=0.0) + result.max_unmet_torque
+    size = np.abs(lacking)
+    if size.max(initial=0.0) > bound + UNKNOWN:
+        k, j = np.unravel_index(size.argmax(), size.shape)
+        warn(
+            f"joint loads: at t = {result.time[k]:g} s the motion is one for which "
+            f"{lacking[k, j]:.3g} more on '{result.coordinate_names[j]}' are needed: forces that "
+            "user functions set in a run, such as those of PreStep, are not known after it. "
+            "em.joint_load_sensor shows loads of bodies with them",
+            UnknownForcesWarning,
+        )
 
 
 def force_sizes(loads: Table) -> tuple[tuple[str, ...], np.ndarray]:

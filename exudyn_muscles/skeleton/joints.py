@@ -50,3 +50,23 @@ class JointLoads(NamedTuple):
             R = self.child if frame is JointFrame.CHILD else self.parent
             force, torque = (np.einsum("kji,kj->ki", R, x) for x in (force, torque))
         return np.concatenate([force, torque, center], axis=1)
+
+
+class Balance(NamedTuple):
+    """The equations of motion that loads come from.
+
+    Attributes
+    ----------
+    loads : JointLoads
+    length : (m,) ndarray
+        Of the muscles [m].
+    M : (n, n) ndarray
+        Of the coordinates.
+    acceleration : (n,) ndarray
+        Theirs, as it follows from the forces.
+    """
+
+    loads: JointLoads
+    length: np.ndarray
+    M: np.ndarray
+    acceleration: np.ndarray

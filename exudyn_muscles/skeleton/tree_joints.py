@@ -26,7 +26,7 @@ from ..path.paths import Paths
 from .closed import Closed
 from .closures import closure_equations
 from .geometry import compile_columns, compile_geometry
-from .joints import JointLoads
+from .joints import Balance, JointLoads
 from .opened import Opened
 from .passive import PassiveTorque
 from .reading import JOINTS
@@ -124,8 +124,8 @@ class TreeJointLoads:
 
     def __call__(
         self, z: np.ndarray, v: np.ndarray, t: float, F: np.ndarray, f: np.ndarray
-    ) -> tuple[JointLoads, np.ndarray]:
-        """Loads, and the muscles' lengths (m,), at coordinates and speeds (n,) and the time `t`
+    ) -> Balance:
+        """What is at coordinates and speeds (n,) and the time `t`
         under forces of muscles `F` (m,) and of ideal actuators `f` (r,)."""
         own, state, n = self._new.coordinates, self._opened.state, z.size
         q, q_t, q_tt = self._skeleton.state_of_tree(
@@ -143,11 +143,13 @@ class TreeJointLoads:
             acting = acting + self._columns(state.q) @ f
         M = M[:, own]
         within = R.T @ M[own]
-        a = bent + R @ np.linalg.solve(within @ R, R.T @ acting[own] - within @ bent)
+        M_z = within @ R
+        z_tt = np.linalg.solve(M_z, R.T @ acting[own] - within @ bent)
+        a = bent + R @ z_tt
         load = M @ a - acting
         if self._closed is not None:
             load -= self._closing(self._closed, load[own], q[0], q_t[0])
-        return self._in_ground(load, state.q), geometry.length
+        return Balance(self._in_ground(load, state.q), geometry.length, M_z, z_tt)
 
     def _closing(
         self, closed: Closed, missing: np.ndarray, q: np.ndarray, q_t: np.ndarray

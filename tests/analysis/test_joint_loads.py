@@ -6,7 +6,17 @@ from itertools import pairwise
 import exudyn as exu
 import numpy as np
 import pytest
-from exudyn.utilities import HTtranslate, RigidBodyInertia, TreeLink
+from exudyn.utilities import (
+    CoordinateSpringDamper,
+    HTtranslate,
+    LoadForceVector,
+    MarkerBodyPosition,
+    MarkerKinematicTreeRigid,
+    MarkerNodeCoordinate,
+    RigidBodyInertia,
+    SpringDamper,
+    TreeLink,
+)
 
 import exudyn_muscles as em
 from exudyn_muscles import analysis
@@ -35,7 +45,7 @@ def written(model, t, q, v, F, f, *, on_parent=False):
     joints, none = model_joints(model), np.empty((len(t), 0))
     each = joints.along(Recorded(np.asarray(t), q, v, none, none, F, f))
     return joints.names, np.array(
-        [loads.written(JointFrame.GROUND, on_parent) for _, loads in each]
+        [there.loads.written(JointFrame.GROUND, on_parent) for there in each]
     )
 
 
@@ -273,7 +283,7 @@ def test_an_ideal_joint_does_no_work():
     q, v, _ = motion(t)
     F, none = np.full((t.size, len(fixed)), 100.0), np.empty((t.size, 0))
     states = Recorded(t, q, v, none, none, F, none)
-    each = [loads for _, loads in model_joints(model, ["knee"]).along(states)]
+    each = [there.loads for there in model_joints(model, ["knee"]).along(states)]
     load = np.array([one.written(JointFrame.PARENT, on_parent=False)[0] for one in each])
     angle, speed = (x[:, model.coordinates.index("knee")] for x in (q, v))
     slides = [each.function.derivative(angle) * speed for each in model.dependent_coordinates]
@@ -319,15 +329,6 @@ def beside(mbs, tree):
 
 def sprung(mbs, tree):
     """A user's own loads and springs on a link of a tree."""
-    from exudyn.utilities import (
-        CoordinateSpringDamper,
-        LoadForceVector,
-        MarkerBodyPosition,
-        MarkerKinematicTreeRigid,
-        MarkerNodeCoordinate,
-        SpringDamper,
-    )
-
     ground = mbs.CreateGround()
     there = mbs.AddMarker(MarkerBodyPosition(bodyNumber=ground, localPosition=[0.3, 0.1, 0.2]))
     here = mbs.AddMarker(
@@ -384,6 +385,28 @@ def test_a_users_own_forces_are_part_of_it():
     expected = spin - np.cross(point, acting) - np.cross(center, weight)
     np.testing.assert_allclose(torque, expected, rtol=0, atol=1e-10)
     np.testing.assert_allclose(torque[2], -7.0 * 0.4, rtol=0, atol=1e-10)
+
+
+def test_forces_of_user_functions_are_missed():
+    """What PreStep sets in a run nobody knows after it."""
+
+    def pushed(mbs, tree):
+        here = mbs.AddMarker(
+            MarkerKinematicTreeRigid(objectNumber=tree, linkNumber=0, localPosition=[0, -0.3, 0])
+        )
+        load = mbs.AddLoad(LoadForceVector(markerNumber=here, loadVector=[0.0, 0.0, 0.0]))
+
+        def push(mbs, t):
+            mbs.SetLoadParameter(load, "loadVector", [20.0 * np.sin(9.0 * t), 0.0, 0.0])
+            return True
+
+        mbs.SetPreStepUserFunction(push)
+
+    model = swing(pushed).replace(reserves=[em.Reserve("swing", 10.0)])
+    motion = em.Motion.from_waypoints([0.0, 0.5], [[0.0], [0.3]])
+    result = em.static_optimization(model, motion)
+    with pytest.warns(em.UnknownForcesWarning, match="more on 'swing' are needed"):
+        analysis.joint_loads(model, result)
 
 
 def test_what_cannot_be_told_is_refused():
