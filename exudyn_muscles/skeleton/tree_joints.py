@@ -208,7 +208,7 @@ def _given_way(tree: Tree, new: Renumbering, rows: np.ndarray) -> Tree:
 def _copy(skeleton: Skeleton, tree: Tree, new: Renumbering) -> tuple[exu.MainSystem, int]:
     """A copy of the system with this tree in place of its own, and the tree's number."""
     number, n = int(skeleton.object), len(tree)
-    content, function = _content(skeleton.mbs, number)
+    content, functions = _content(skeleton.mbs)
     item = content["objectList"][number] = dict(content["objectList"][number])
     item |= _links(item, tree, new)
     node = content["nodeList"][item["nodeNumber"]]
@@ -227,21 +227,31 @@ def _copy(skeleton: Skeleton, tree: Tree, new: Renumbering) -> tuple[exu.MainSys
     mbs.SetDictionary(content)
     for kind in ("PreStep", "PostStep", "PostNewton", "PreNewtonResidual", "SystemJacobian"):
         getattr(mbs, f"Set{kind}UserFunction")(0)
-    if function != 0:
-        mbs.SetObjectParameter(number, "forceUserFunction", _user_function(function, tree, new))
+    for (k, kind), function in functions.items():
+        own = _user_function(function, tree, new) if k == number else function
+        mbs.SetObjectParameter(k, kind, own)
     mbs.Assemble()
     return mbs, number
 
 
-def _content(mbs: exu.MainSystem, tree: int) -> tuple[dict[str, Any], Any]:
-    """What Exudyn tells of a system, and its tree's user function, with which it tells nothing."""
-    function = mbs.GetObject(tree)["forceUserFunction"]
-    function = function["function"] if isinstance(function, dict) else function
+def _content(mbs: exu.MainSystem) -> tuple[dict[str, Any], dict[tuple[int, str], Any]]:
+    """What Exudyn tells of a system, and the user functions of its objects, by their numbers and
+    kinds, with which it tells nothing."""
+    functions: dict[tuple[int, str], Any] = {}
+    for k in range(mbs.systemData.NumberOfObjects()):
+        for kind, function in mbs.GetObject(k).items():
+            if kind.endswith("UserFunction") and not kind.startswith("V") and function != 0:
+                known = function["function"] if isinstance(function, dict) else function
+                functions[k, kind] = known
     try:
-        mbs.SetObjectParameter(tree, "forceUserFunction", 0)
-        return mbs.GetDictionary(), function
+        for number, kind in functions:
+            mbs.SetObjectParameter(number, kind, 0)
+        return mbs.GetDictionary(), functions
+    except exu.ExudynError as error:
+        raise ModelError(f"joint loads: the mbs cannot be copied: {error}") from error
     finally:
-        mbs.SetObjectParameter(tree, "forceUserFunction", function)
+        for (number, kind), function in functions.items():
+            mbs.SetObjectParameter(number, kind, function)
 
 
 def _links(item: dict[str, Any], tree: Tree, new: Renumbering) -> dict[str, Any]:

@@ -334,7 +334,12 @@ def sprung(mbs, tree):
     here = mbs.AddMarker(
         MarkerKinematicTreeRigid(objectNumber=tree, linkNumber=0, localPosition=[0.1, -0.2, 0.05])
     )
-    mbs.AddObject(SpringDamper(markerNumbers=[there, here], stiffness=300.0, referenceLength=0.1))
+    mbs.AddObject(
+        SpringDamper(
+            markerNumbers=[there, here], stiffness=300.0, referenceLength=0.1,
+            springForceUserFunction=lambda mbs, t, item, x, x_t, k, d, f: k * x,
+        )
+    )  # fmt: skip
     mbs.AddLoad(LoadForceVector(markerNumber=here, loadVector=[3.0, -4.0, 5.0]))
     none = mbs.AddMarker(MarkerBodyPosition(bodyNumber=ground))
     angle = mbs.AddMarker(
