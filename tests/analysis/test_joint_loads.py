@@ -30,6 +30,7 @@ from ..make_analyses import ROWS
 from ..opensim import loop_models, passive_models
 from ..own_models import FOLDER
 from ..runs import KP, csf, plugin_run, settings, start_at
+from ..skeleton.system import test_contact as standing
 from ..skeleton.system.convert import TAIT_BRYAN, as_bodies
 from ..skeleton.system.robots import RandomChain
 from .opensims import NAMES, opensims
@@ -158,6 +159,27 @@ def test_random_chains_bear_the_same_in_equal_states(seed):
         found.append((there.loads.force, there.loads.torque, there.acceleration))
     for ours, theirs in zip(*found, strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-7 * np.abs(theirs).max())
+
+
+def test_what_stands_on_the_ground_bears_its_weight():
+    """Contact is part of it: a torso is between its base and two hips, and feet hold it up."""
+    model = standing.model(driven=True)
+    reserves = [em.Reserve(name, 100.0) for name in model.coordinates]
+    model = model.replace(muscles=[], reserves=reserves)
+    run = em.CosimulationSettings(scheme=em.Scheme.FULL)
+    result = em.cosimulate(model, standing.squat(True).between(0.0, 0.4), settings=run)
+    assert analysis.joint_names(model)[1:] == ("left hip", "left knee", "right hip", "right knee")
+    table = analysis.joint_loads(model, result)
+    mass, gravity = 30.0, np.array([0.0, -9.81, 0.0])
+    hips = table["force/left hip"] + table["force/right hip"]
+    place = result.system_coordinates[:, :3]  # of the torso's center
+    change = mass * (place[2:] - 2.0 * place[1:-1] + place[:-2]) / run.step**2
+    acting = (table["force/base"] - hips + mass * gravity)[1:-1]
+    np.testing.assert_allclose(acting, change, rtol=0, atol=0.01 * mass * 9.81)
+    # Without the ground hips would pull at the torso, which has legs of 22 kg below it.
+    assert hips[:, 1].max() < -0.7 * mass * 9.81
+    knees = table["force/left knee/y"] + table["force/right knee/y"]
+    assert (knees[1:] > -1.3 * standing.WEIGHT).all() and knees.max() < -0.5 * standing.WEIGHT
 
 
 def test_reserves_bear_on_joints_alike():
