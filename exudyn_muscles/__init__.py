@@ -28,6 +28,7 @@ from .errors import (
     StorageError,
     StorageWarning,
     TrackingWarning,
+    UnknownForcesWarning,
     UnmetTorqueError,
     UnmetTorqueWarning,
     WindowError,
@@ -85,7 +86,7 @@ from .results.counts import Counts, Status
 from .results.excitations import Excitations
 from .results.trajectory import Trajectory
 from .simulation.continuing import RunPoint
-from .simulation.sensors import muscle_sensor
+from .simulation.sensors import joint_load_sensor, muscle_sensor
 from .skeleton.closures import Closure, ClosureKind, Loops
 from .skeleton.coupling import DependentCoordinate, Follower, linear_function
 from .skeleton.external_forces import add_external_force
@@ -197,6 +198,7 @@ __all__ = [
     "TorqueActuator",
     "TrackingWarning",
     "Trajectory",
+    "UnknownForcesWarning",
     "UnmetTorqueError",
     "UnmetTorqueWarning",
     "WindowEnd",
@@ -213,6 +215,7 @@ __all__ = [
     "equilibrium",
     "forward_dynamics",
     "integrate_window",
+    "joint_load_sensor",
     "linear_function",
     "muscle_dynamics",
     "muscle_sensor",

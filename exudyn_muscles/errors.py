@@ -116,6 +116,10 @@ class PassiveForceWarning(ExudynMusclesWarning):
     """A muscle pulls with more than its isometric force without being excited."""
 
 
+class UnknownForcesWarning(ExudynMusclesWarning):
+    """A recorded motion needs forces that are not known after its run."""
+
+
 class IncompleteRunWarning(ExudynMusclesWarning):
     """Exudyn returned before the end time without raising an exception."""
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..analysis.states import reserves_along
 from ..errors import StorageError
 from ..files.storage import Storage
 from ..forces.actuators import Actuator, actuator_names
@@ -122,11 +123,7 @@ def controls(trajectory: Trajectory, reserves: Sequence[Actuator] = ()) -> Stora
 
 def forces(trajectory: Trajectory) -> Storage:
     """Tendon forces [N] and the reserves' torques [N m or N], as `_Actuation_force.sto`."""
-    torques = [
-        np.interp(trajectory.time, trajectory.window_time, column)
-        for column in trajectory.reserves.T
-    ]
-    values = np.column_stack([trajectory.tendon_forces, *torques])
+    values = np.column_stack([trajectory.tendon_forces, reserves_along(trajectory)])
     return Storage("ActuatorForces", _actuators(trajectory), trajectory.time, values)
 
 

@@ -196,6 +196,20 @@ def test_results_side_by_side_and_bones_of_the_users(browser, written, tmp_path)
     assert opened.faults == []
 
 
+def test_what_analyses_found_is_drawn(browser, written, tmp_path):
+    model, result, _ = written("pedalling")
+    loads = em.analysis.joint_loads(model, result, ["hip", "pedal"])
+    emg = em.analysis.EMG(("one",), result.time, np.cos(result.time)[:, None])
+    file = tmp_path / "loads.html"
+    em.report(result, file, model=model, joint_loads=loads, emg=emg, measured={"gluteus": "one"})
+    opened = Opened(browser, file)
+    opened.page.select_option("#group", label="all muscles")
+    assert {"hip", "pedal", "gluteus: EMG"} <= set(opened.drawn())
+    assert "vasti: EMG" not in opened.drawn()
+    assert "force in joints [N]" in opened.page.locator("#curves").text_content()
+    assert opened.faults == []
+
+
 NO_WEBGL = """
 const get = HTMLCanvasElement.prototype.getContext;
 HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
