@@ -77,6 +77,7 @@ from .recruitment.normalizers import (
     Normalizer,
     ReachableMaximum,
     RigidTendonForce,
+    volume_weights,
 )
 from .recruitment.optimization import Solver
 from .recruitment.settings import RecruitmentSettings
@@ -230,6 +231,7 @@ __all__ = [
     "storage",
     "tendon_length",
     "view",
+    "volume_weights",
 ]
 
 # Names of the version before.

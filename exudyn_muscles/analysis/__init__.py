@@ -4,6 +4,7 @@ of named columns with units."""
 from ..joints import joint_names
 from ..skeleton.joints import JointFrame
 from .emg import EMG, Agreement, compare_emg
+from .emg_scales import Scaled, fit_emg_scales
 from .feasible import feasible_forces
 from .heat import Bhargava, EnergyLaw, Umberger
 from .joint_loads import joint_loads
@@ -11,6 +12,7 @@ from .metabolics import Tissue, metabolic_power
 from .muscles import muscle_analysis
 from .power import power, work
 from .sensitivity import Sensitivity, recruitment_sensitivity
+from .synergies import fit_synergies
 from .table import Table
 
 __all__ = [
@@ -19,12 +21,15 @@ __all__ = [
     "Bhargava",
     "EnergyLaw",
     "JointFrame",
+    "Scaled",
     "Sensitivity",
     "Table",
     "Tissue",
     "Umberger",
     "compare_emg",
     "feasible_forces",
+    "fit_emg_scales",
+    "fit_synergies",
     "joint_loads",
     "joint_names",
     "metabolic_power",

@@ -14,8 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import number_within
 from ..errors import ParameterError
 from ..files.storage import read_storage
+from ..recruitment.limits import ControlLimits
 from ..results.trajectory import Trajectory
 
 # A recommendation of the field for envelopes of gait: the band of surface electrodes, and a
@@ -139,6 +141,54 @@ class EMG:
             raise ParameterError(f"EMG: there is no '{name}', only {', '.join(self.names)}")
         x = self.values[:, self.names.index(name)]
         return np.interp(t, self.time, x, left=np.nan, right=np.nan)
+
+    def courses(
+        self, muscles: Mapping[str, str], *, delay: float = DELAY
+    ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Times and values of muscles, `delay` later, as `Followed` and `ControlLimits` take them.
+
+        Parameters
+        ----------
+        muscles : mapping
+            Muscle of a model -> name of the EMG; several muscles may share one.
+        delay : float
+            As of `compare_emg`.
+
+        Raises
+        ------
+        ParameterError
+            There is no such EMG, or values are outside [0, 1]; names it.
+        """
+        shifted = self.delayed(delay)
+        found = {}
+        for muscle, name in muscles.items():
+            x = shifted.at(name, shifted.time)
+            if not ((x >= 0.0) & (x <= 1.0)).all():
+                raise ParameterError(
+                    f"EMG of '{name}' is within [{x.min():g}, {x.max():g}]; excitations are "
+                    "within [0, 1], as after `envelope` and `normalized`"
+                )
+            found[muscle] = shifted.time, x
+        return found
+
+    def limits(
+        self, muscles: Mapping[str, str], width: float, *, delay: float = DELAY
+    ) -> dict[str, ControlLimits]:
+        """Control limits at most `width` below and above the EMG, for `control_limits`.
+
+        Raises
+        ------
+        ParameterError
+            As `courses`, or `width` is outside [0, 1].
+        """
+        number_within("width", width, 0.0, 1.0)
+        return {
+            muscle: ControlLimits(
+                (t, np.maximum(x - width, 0.0)),
+                (t, np.minimum(x + width, 1.0)),
+            )
+            for muscle, (t, x) in self.courses(muscles, delay=delay).items()
+        }
 
     def _step(self) -> float:
         steps = np.diff(self.time)

@@ -1,5 +1,5 @@
 """The forces that would also have done: for every muscle the least and the largest force with which
-the same torques can be met.
+the same torques can be met, and the activations that they take.
 
 For every window two linear programs a muscle, min and max F_i subject to
 
@@ -10,23 +10,29 @@ solved by HiGHS, each from where the one before has ended.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..errors import RecruitmentError
 from ..model import MusculoskeletalModel
+from ..muscle.window import DEFAULT_TOLERANCE, Integrator
+from ..recruitment.windows import MuscleState, Windows, excite, open_window, reach_end
 from ..results.trajectory import Trajectory
 from .states import check_fits, geometries
 from .table import Table, tabulated
 
 # Of forces over max_isometric_force, and of torques over what a row's muscles can do together.
 FEASIBLE = 1e-9
+SAME_TIME = 1e-9  # s
 
 
 def feasible_forces(model: MusculoskeletalModel, result: Trajectory) -> Table:
     """Ranges of the muscles' forces at the windows' ends.
 
     Ideal actuators keep the forces that they had, so that it is muscles alone that replace each
-    other. The recruited forces lie within.
+    other. The recruited forces lie within. Activations are those at the end of a window from the
+    state that the result has at its start, with the excitation that leads to the force.
 
     Parameters
     ----------
@@ -37,14 +43,15 @@ def feasible_forces(model: MusculoskeletalModel, result: Trajectory) -> Table:
     Returns
     -------
     Table
-        `force_least/muscle`, `force_optimal/muscle`, `force_largest/muscle` [N], one row a window.
+        `force_least/muscle`, `force_optimal/muscle`, `force_largest/muscle` [N], and likewise
+        `activation_least`, `activation_optimal`, `activation_largest` [1], one row a window.
 
     Raises
     ------
     ParameterError
         The trajectory is of another model.
-    RecruitmentError
-        No range was found in a window; names it.
+    RecruitmentError, WindowError
+        No range, or no activation, was found in a window; names it.
     ImportError
         highspy is not installed (`pip install exudyn_muscles[analysis]`).
     """
@@ -52,9 +59,13 @@ def feasible_forces(model: MusculoskeletalModel, result: Trajectory) -> Table:
     names, ends = model.muscles.names, result.window_time[1:]
     F0 = model.muscles.max_isometric_force
     # The ends of the windows, the start of the first among them: there models are told apart.
-    at = geometries(model, result, np.searchsorted(result.time, result.window_time - 1e-9))
-    next(at, None)
+    rows = np.searchsorted(result.time, result.window_time - SAME_TIME)
+    at = geometries(model, result, rows)
+    before: Any = next(at, None)
     least, largest = np.empty((2, ends.size, len(names)))
+    activations = np.empty((3, ends.size, len(names)))
+    windows = Windows(model.muscles, DEFAULT_TOLERANCE, Integrator.TRAPEZOIDAL)
+    lowest = np.array([model.muscles.minimum_activation, np.ones(len(names))])
     for k, (t, geometry) in enumerate(zip(ends, at, strict=True)):
         F, low, high = result.force_optimal[k], result.force_min[k], result.force_max[k]
         # Forces that a step really ended with may be off their limits by a window's tolerance.
@@ -63,10 +74,20 @@ def feasible_forces(model: MusculoskeletalModel, result: Trajectory) -> Table:
             least[k], largest[k] = force_ranges(geometry.moment_arms, F, low, high, F0)
         except RecruitmentError as error:
             raise RecruitmentError(f"window that ends at t = {t:g} s: {error}") from error
+        a, l_t = result.activations[rows[k]], result.tendon_lengths[rows[k]]
+        state = MuscleState(a, l_t, before.length, before.lengthening_speed)
+        window = open_window(windows, state, t - result.window_time[k], lowest)
+        reach = reach_end(window, geometry.length, geometry.lengthening_speed)
+        for each, force in zip(activations, (least[k], F, largest[k]), strict=True):
+            each[k] = excite(reach, np.clip(force, reach.low, reach.high)).activation
+        before = geometry
     parts = {
         "force_least": ("N", names, least),
         "force_optimal": ("N", names, result.force_optimal),
         "force_largest": ("N", names, largest),
+        "activation_least": ("1", names, activations[0]),
+        "activation_optimal": ("1", names, activations[1]),
+        "activation_largest": ("1", names, activations[2]),
     }
     return tabulated("feasible forces", ends, parts)
 

@@ -6,13 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import ParameterError
 from ..forces.actuators import Actuator, actuator_names
 from ..muscle.parameters import MuscleSet
 from ..numerics.kernel import kernel
 
-Course = float | tuple[Sequence[float], Sequence[float]]
+Course = float | tuple[ArrayLike, ArrayLike]
 
 # Times of nodes and of windows are rounded: a window that ends at a node ends there.
 SAME_TIME = 1e-9
@@ -173,10 +174,10 @@ def _packed(rows: Sequence[int], courses: Sequence[ControlLimits]) -> tuple[np.n
     return np.array(rows), starts, times, values, np.array([course.steps for course in courses])
 
 
-def course_nodes(what: str, course: Course) -> tuple[np.ndarray, np.ndarray]:
+def course_nodes(what: str, course: object) -> tuple[np.ndarray, np.ndarray]:
     """A course as times and values; `what` is it called in errors."""
     try:
-        times, values = course if isinstance(course, tuple) else ([0.0], [course])
+        times, values = course if isinstance(course, tuple) else ((0.0,), (course,))
         t, x = np.array(times, dtype=float), np.array(values, dtype=float)
     except (TypeError, ValueError):
         t = x = np.array(np.nan)

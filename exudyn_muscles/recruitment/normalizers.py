@@ -56,3 +56,20 @@ class RigidTendonForce:
         F = np.empty(len(muscles))
         rigid_active_forces(muscles.tables, geometry.length, geometry.lengthening_speed, F)
         return np.maximum(F, SMALLEST_SHARE * muscles.max_isometric_force)
+
+
+def volume_weights(muscles: MuscleSet) -> dict[str, float]:
+    """Weights for the objective (10) that count every muscle by its volume, which is proportional
+    to F0 times the optimal fibre length; their mean is one.
+
+    Parameters
+    ----------
+    muscles : MuscleSet
+
+    Returns
+    -------
+    dict of str to float
+        For `weights` of a method's settings.
+    """
+    volume = muscles.max_isometric_force * muscles.optimal_fiber_length
+    return dict(zip(muscles.names, map(float, volume / volume.mean()), strict=True))

@@ -86,7 +86,7 @@ class Recruiter:
                 return found
         # Out of reach, or within it but not for a solver of limited precision.
         x, residual, loose = nearest(problem, self._weights)
-        if np.array_equal(problem.gradient(x), x) or _only_one(problem.A[:, loose]):
+        if problem.of_squares or _only_one(problem.A[:, loose]):
             return problem.recruited(x, residual)
         # It is another cost than that of squares that is to be least.
         answer = self._ask(problem.narrowed(x, loose))

@@ -49,7 +49,9 @@ class ScaledProblem(qpsolvers.Problem):
     """min x^2/2 subject to A x = b and bounds, with the rows of A scaled by what their actuators
     can do, or would do at their normalising forces if that is less.
 
-    Of another cost its `gradient` and how it is `solved` are another one's.
+    Of another cost its `gradient` and how it is `solved` are another one's, and it is not
+    `of_squares`: then it is asked once more, for the nearest torque, where the demand is out of
+    reach.
 
     Parameters
     ----------
@@ -67,6 +69,7 @@ class ScaledProblem(qpsolvers.Problem):
     """
 
     accepted = 0.0
+    of_squares = True
 
     def __init__(self, demand: Demand) -> None:
         r, Q_m, F_min, F_max, N = given = demand[:5]

@@ -55,6 +55,8 @@ def test_in_a_run():
 class Near(ScaledProblem):
     """min |x - 1/2|^2/2: forces near half of their normalising ones."""
 
+    of_squares = False
+
     def gradient(self, x):
         return x - 0.5
 
@@ -109,8 +111,8 @@ def test_powers_out_of_reach_and_out_of_range():
     solve = recruit(em.PoweredForces(3.0))
     r, high = np.array([[0.05], [0.05]]), np.array([1000.0, 1000.0])
     np.testing.assert_allclose(solve(r, np.array([110.0]), np.zeros(2), high, high).unmet, 10.0)
-    with pytest.raises(em.ParameterError, match=r"exponent = 6 is outside \[2, 5\]"):
-        em.PoweredForces(6)
+    with pytest.raises(em.ParameterError, match=r"exponent = 11 is outside \[2, 10\]"):
+        em.PoweredForces(11)
 
 
 def test_something_else_is_an_error():

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import qpsolvers
+from numpy.typing import ArrayLike
 
 from ...checks import number_within
 from ...errors import ParameterError
 from ...model import MusculoskeletalModel
+from ..certificate import ACCEPTED
 from ..demand import Demand
 from ..limits import course_at, course_nodes
 from ..problem import Answer, ScaledProblem
@@ -23,6 +25,9 @@ LARGEST_WEIGHT = 1e6  # beyond it the rest is rounding
 class FollowedProblem(ScaledProblem):
     """min sum (q_i^2 + w_i (q_i - e_i)^2) / 2 with the quantities q; w_i and e_i (m,) are zero of
     what is not measured."""
+
+    accepted = ACCEPTED
+    of_squares = False
 
     def __init__(
         self, demand: Demand, quantity: Quantity, weight: np.ndarray, target: np.ndarray
@@ -67,7 +72,7 @@ class Followed:
         Something is outside its range; names the muscle.
     """
 
-    courses: Mapping[str, tuple[Sequence[float], Sequence[float]]]
+    courses: Mapping[str, tuple[ArrayLike, ArrayLike]]
     weight: float = 10.0
     quantity: Quantity = Quantity.ACTIVATION
 

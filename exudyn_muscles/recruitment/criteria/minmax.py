@@ -45,10 +45,12 @@ class MinMaxProblem(ScaledProblem):
     """
 
     accepted = ACCEPTED
+    of_squares = False
 
     def __init__(self, demand: Demand, quantity: Quantity) -> None:
-        demand, self._zero, _ = counted(quantity, demand)
+        demand, zero, _ = counted(quantity, demand)
         super().__init__(demand)
+        self._zero = zero
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
         """How the second level's cost grows with every unknown (m,)."""

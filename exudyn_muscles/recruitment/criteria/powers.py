@@ -32,10 +32,12 @@ class PoweredProblem(ScaledProblem):
     quantity is zero and the size s of x - c."""
 
     accepted = ACCEPTED
+    of_squares = False
 
     def __init__(self, demand: Demand, power: float, quantity: Quantity) -> None:
-        demand, self._zero, _ = counted(quantity, demand)
+        demand, zero, _ = counted(quantity, demand)
         super().__init__(demand)
+        self._zero = zero
         self._power = power
         shortest = np.linalg.lstsq(self.A, self.b, rcond=None)[0] if self.finite else 0.0
         low, high = self.lb - self._zero, self.ub - self._zero

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..demand import Demand
 
-# Of a normalising force: muscles that can change theirs by less hardly have a choice.
+# Of a normalising force, and its inverse: what activations do beyond is hardly a choice.
 SMALLEST_SHARE = 1e-3
 
 
@@ -46,6 +46,6 @@ def counted(quantity: Quantity, demand: Demand) -> Counted:
     F_min, N = demand.F_min[:k], demand.N.copy()
     room, width = demand.F_max[:k] - F_min, high - low
     per_unit = np.divide(room, width, out=np.zeros(k), where=(width > 0.0) & (room > 0.0))
-    N[:k] = np.maximum(per_unit * demand.cheaper, SMALLEST_SHARE * N[:k])
+    N[:k] = np.clip(per_unit * demand.cheaper, SMALLEST_SHARE * N[:k], N[:k] / SMALLEST_SHARE)
     zero[:k] = F_min / N[:k] - low / demand.cheaper
     return Counted(demand._replace(N=N), zero, size)

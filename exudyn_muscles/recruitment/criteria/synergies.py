@@ -12,6 +12,7 @@ import qpsolvers
 from ...checks import number_within
 from ...errors import ParameterError
 from ...model import MusculoskeletalModel
+from ..certificate import ACCEPTED
 from ..demand import Demand
 from ..problem import Answer, ScaledProblem
 from .criterion import Problems
@@ -24,23 +25,27 @@ class SynergyProblem(ScaledProblem):
     """min |a|^2 / 2 + weight |a - W z|^2 / 2 over z >= 0 as well, with the activations a of the
     muscles and f / f_optimal of ideal actuators; W (m, k) has zeros in the rows of these."""
 
+    accepted = ACCEPTED
+    of_squares = False
+
     def __init__(self, demand: Demand, W: np.ndarray, weight: float) -> None:
-        demand, self._zero, self._size = counted(Quantity.ACTIVATION, demand)
+        demand, zero, size = counted(Quantity.ACTIVATION, demand)
         super().__init__(demand)
+        self._zero, self._factor = zero, size
         self._W, self._weight = W, np.where(W.any(axis=1), weight, 0.0)
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
         """How the cost grows with every unknown (m,), with the z that is best for `x`."""
         from scipy.optimize import nnls
 
-        a = self._size * (x - self._zero)
+        a = self._factor * (x - self._zero)
         z, _ = nnls(self._W, np.where(self._weight > 0.0, a, 0.0))
-        return x - self._zero + self._weight * self._size * (a - self._W @ z)
+        return x - self._zero + self._weight * self._factor * (a - self._W @ z)
 
     def solved(self, ask: Callable[[qpsolvers.Problem], Answer]) -> Answer:
         """The solution of one quadratic program in x and z."""
         (n, m), k = self.A.shape, self._W.shape[1]
-        w, s, W, c = self._weight, self._size, self._W, self._zero
+        w, s, W, c = self._weight, self._factor, self._W, self._zero
         to_modes = -(w * s)[:, None] * W
         P = np.block([[np.diag(1.0 + w * s * s), to_modes], [to_modes.T, (w[:, None] * W).T @ W]])
         q = np.append(-c - w * s * s * c, -to_modes.T @ c)

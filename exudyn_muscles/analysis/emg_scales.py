@@ -1,0 +1,98 @@
+"""Scales between EMG and activations, which nobody measures, from the motion's torques."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..methods.static import StaticSettings, static_optimization
+from ..model import MusculoskeletalModel
+from ..motion import Motion
+from ..recruitment.criteria.followed import Followed
+from ..results.trajectory import Trajectory
+from .emg import DELAY, EMG
+
+CLOSE = 1e-4  # of a scale
+# Of a scale: EMG over its largest value is at most one, and muscles are hardly all but idle.
+LEAST = 1e-3
+
+
+class Scaled(NamedTuple):
+    """Scales of EMG by muscle, the criterion with which they were found, and its result."""
+
+    scales: dict[str, float]
+    criterion: Followed
+    result: Trajectory
+
+
+def fit_emg_scales(
+    model: MusculoskeletalModel,
+    motion: Motion,
+    emg: EMG,
+    muscles: Mapping[str, str],
+    *,
+    weight: float = 10.0,
+    delay: float = DELAY,
+    settings: StaticSettings = StaticSettings(),
+    rounds: int = 50,
+) -> Scaled:
+    """The scales s with which activations of `static_optimization` by `Followed` come nearest to s
+    times the EMG, over the whole motion.
+
+    In turns: forces for given scales, scales for given activations (the least squares, between
+    0.001 and what makes the largest value one), which makes the sum of both costs smaller every
+    time.
+
+    Parameters
+    ----------
+    model, motion
+        Of a static optimization.
+    emg : EMG
+        Envelopes over their largest value, or any other with values within [0, 1].
+    muscles : mapping
+        Muscle -> name of its EMG; every muscle gets a scale of its own.
+    weight, delay
+        As of `Followed` and `compare_emg`.
+    settings : StaticSettings
+        Their criterion is replaced.
+    rounds : int
+        At most.
+
+    Returns
+    -------
+    Scaled
+
+    Raises
+    ------
+    ParameterError
+        As `EMG.courses` and `Followed`, or scales still change by more than 1e-4 after all rounds.
+    """
+    courses = emg.courses(muscles, delay=delay)
+    names = list(courses)
+    largest = np.array([x.max() for _, x in courses.values()])
+    if not (largest > 0.0).all():
+        raise ParameterError(f"EMG of '{names[int(largest.argmin())]}' is zero throughout")
+    columns = [model.muscles.names.index(name) for name in names if name in model.muscles.names]
+    scales, change = np.ones(len(names)), np.inf
+    for _ in range(rounds):
+        scaled = {
+            name: (t, s * x) for s, (name, (t, x)) in zip(scales, courses.items(), strict=True)
+        }
+        criterion = Followed(scaled, weight=weight)
+        result = static_optimization(model, motion, settings=replace(settings, criterion=criterion))
+        if change <= CLOSE:
+            return Scaled(dict(zip(names, map(float, scales), strict=True)), criterion, result)
+        ends = np.isin(result.time, result.window_time[1:])
+        a = result.activations[ends][:, columns]
+        e = np.array([np.interp(result.time[ends], *course) for course in courses.values()]).T
+        found = (a * e).sum(axis=0) / np.maximum((e * e).sum(axis=0), np.finfo(float).tiny)
+        found = np.clip(found, LEAST, 1.0 / largest)
+        change, scales = float(np.abs(found - scales).max()), found
+    raise ParameterError(
+        f"scales of EMG still change by {change:.2g} after {rounds} rounds; more rounds, or a "
+        "smaller weight, may end it"
+    )
