@@ -57,6 +57,18 @@ KINDS = {
         "DeGrooteFregly2016Muscle", {"ignore_tendon_compliance": True, "fiber_damping": 0.01}
     ),
 }  # fmt: skip
+# Those whose tendons are rigid whatever a file says.
+RIGID_KINDS = {
+    "meyer": ("MeyerFregly2016Muscle", {"ignore_tendon_compliance": True}),
+    "meyer_wide": (
+        "MeyerFregly2016Muscle",
+        {
+            "ignore_tendon_compliance": True, "active_force_width_scale": 1.4,
+            "fiber_damping": 0.01, "ignore_passive_fiber_force": True,
+        },
+    ),
+    "splines": ("RigidTendonMuscle", {}),
+}  # fmt: skip
 SINGLE = {"force": 1000.0, "fiber": 0.1, "tendon": 0.2, "pennation": 0.2}
 LENGTH = 0.302  # of single units [m]
 # Their excitation over time [s]: piecewise linear.
@@ -306,7 +318,7 @@ def forward(name):
 
 def unit_model(kind, pennation=SINGLE["pennation"], inside="<locked>true</locked>"):
     """A unit of one of the kinds between ground and a block on a rail."""
-    of, properties = KINDS[kind]
+    of, properties = (KINDS | RIGID_KINDS)[kind]
     own = "".join(f"<{key}>{str(value).lower()}</{key}>" for key, value in properties.items())
     sizes = SINGLE | {"pennation": pennation}
     points = [("ground", "0 0 0"), ("block", "0 0 0")]
@@ -340,6 +352,37 @@ def single(kind):
 
     times = np.arange(round(RAMPS[0][-1] / SINGLE_ROW) + 1) * SINGLE_ROW
     return np.array(integrated(model, state, times, read))
+
+
+def rigid():
+    """Of units whose class has a rigid tendon: l, l', a, tendon force, fibre length, and active and
+    passive fibre force (STATES, 7)."""
+    import opensim
+
+    found = {}
+    for kind in RIGID_KINDS:
+        model, rng = unit_model(kind, inside=""), np.random.default_rng(SEED)
+        state = model.initSystem()
+        (unit,), (length,) = muscles_of(model), coordinates_of(model, state)
+        l = SINGLE["tendon"] + SINGLE["fiber"] * rng.uniform(0.35, 1.75, STATES)
+        v = SINGLE["fiber"] * 10.0 * rng.uniform(-0.9, 0.9, STATES)
+        a = rng.uniform(0.05, 1.0, STATES)
+        rows = []
+        for place, speed, activation in zip(l.tolist(), v.tolist(), a.tolist(), strict=True):
+            length.setValue(state, place, False)
+            length.setSpeedValue(state, speed)
+            if kind == "splines":
+                model.realizeVelocity(state)
+                model.setControls(state, opensim.Vector([activation]))
+            else:
+                unit.setActivation(state, activation)
+            model.realizeDynamics(state)
+            rows.append((
+                place, speed, activation, unit.getTendonForce(state), unit.getFiberLength(state),
+                unit.getActiveFiberForce(state), unit.getPassiveFiberForce(state),
+            ))  # fmt: skip
+        found[kind] = np.array(rows)
+    return found
 
 
 def curves():
@@ -445,7 +488,31 @@ def passive():
         times = [0.0, passive_models.SPAN]
         ends = integrated(model, state, times, lambda now, read=read: [at(now) for at in read])
         found[f"{name}_end"] = np.array(ends[-1])
+    found["pushing"] = pushed(q, u, bare, free)
     return found
+
+
+def pushed(q, u, bare, free):
+    """What a unit of force of the actuator between two points is on the coordinates (STATES, n)."""
+    import opensim
+
+    model = load(
+        passive_models.model(muscles=False).replace(
+            "<ForceSet><objects>", f"<ForceSet><objects>{passive_models.PUSHING}"
+        )
+    )
+    state, rows = model.initSystem(), []
+    actuator = opensim.ScalarActuator.safeDownCast(model.getForceSet().get("pushing"))
+    actuator.overrideActuation(state, True)
+    actuator.setOverrideActuation(state, 1.0)
+    for place, speed in zip(q.tolist(), u.tolist(), strict=True):
+        for each, x, v in zip(coordinates_of(model, state), place, speed, strict=True):
+            each.setValue(state, x, False)
+            each.setSpeedValue(state, v)
+        free.setQ(state.getQ())
+        free.setU(state.getU())
+        rows.append(bias(bare, free) - bias(model, state))
+    return np.array(rows)
 
 
 def joints():
@@ -461,9 +528,8 @@ def joints():
         coordinates = [set_.get(k) for k in range(set_.getSize())]
         for _ in range(STATES):
             q = rng.uniform(-0.5, 0.5, len(coordinates))
-            for each, value, speed in zip(
-                coordinates, q, rng.uniform(-2.0, 2.0, q.size), strict=True
-            ):
+            u = rng.uniform(-2.0, 2.0, q.size) * (name not in joint_models.AT_REST)
+            for each, value, speed in zip(coordinates, q, u, strict=True):
                 each.setValue(state, float(value), False)
                 each.setSpeedValue(state, float(speed))
             model.realizeAcceleration(state)
@@ -675,6 +741,7 @@ def main():
         write_arrays(
             FOLDER / "single.npz", **dict(zip(KINDS, pool.map(single, KINDS), strict=True))
         )
+    write_arrays(FOLDER / "rigid.npz", **rigid())
     write_arrays(FOLDER / "passive.npz", **passive())
     write_arrays(FOLDER / "joints.npz", **joints())
     write_arrays(FOLDER / "loops.npz", **loops())
