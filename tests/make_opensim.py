@@ -16,7 +16,7 @@ import numpy as np
 
 from exudyn_muscles.files.disk import write_arrays, write_file
 
-from .opensim import joint_models, loop_models, passive_models, torus_model
+from .opensim import cylinder_model, joint_models, loop_models, passive_models, torus_model
 from .own_models import (
     FOLDER,
     MODEL,
@@ -607,6 +607,23 @@ def torus():
     return found
 
 
+def cylinders():
+    """Places of both ends (STATES, 6) of a muscle over a cylinder, and its lengths by the sides."""
+    rng = np.random.default_rng(SEED)
+    q = rng.uniform(-1.0, 1.0, (10 * STATES, 6)) * np.tile(cylinder_model.SPREAD, 2)
+    found = {"q": q}
+    for side in cylinder_model.SIDES:
+        model, lengths = load(cylinder_model.model(side)), []
+        state = model.initSystem()
+        for row in q.tolist():
+            for name, value in zip("".join(cylinder_model.POINTS.values()), row, strict=True):
+                model.getCoordinateSet().get(name).setValue(state, value, False)
+            model.realizePosition(state)
+            lengths.append(muscles_of(model)[0].getLength(state))
+        found[side] = np.array(lengths)
+    return found
+
+
 def noisy():
     """Times (121,) and samples (121, 2) of a recorded motion."""
     t = np.arange(121) / 100.0
@@ -746,6 +763,7 @@ def main():
     write_arrays(FOLDER / "joints.npz", **joints())
     write_arrays(FOLDER / "loops.npz", **loops())
     write_arrays(FOLDER / "torus.npz", **torus())
+    write_arrays(FOLDER / "cylinders.npz", **cylinders())
     write_arrays(FOLDER / "filtered.npz", **filtered())
     for name, content in stored_files().items():
         write_file(FOLDER / name, content)

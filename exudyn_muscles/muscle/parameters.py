@@ -37,6 +37,7 @@ NO_CURVE = Curve.line(0.0, 0.0)  # kernels get at least one
 
 # Fibres without a damper divide by the activation.
 LEAST_ACTIVATION = 1e-3
+AT_ONCE = 1e-4  # s, of an activation that is its excitation: shorter than any step
 # OpenSim's limit for all fixed-width units; the fibre would stand across the tendon at 90 deg.
 MAXIMUM_PENNATION = math.acos(0.1)
 

@@ -16,7 +16,7 @@ from ..muscle.laws.schutte_1993 import Schutte1993
 from ..muscle.laws.spline_law import SplineLaw
 from ..muscle.laws.thelen_2003 import Thelen2003
 from ..muscle.laws.thelen_2003_deprecated import Thelen2003Deprecated
-from ..muscle.parameters import LEAST_ACTIVATION, Muscle
+from ..muscle.parameters import AT_ONCE, LEAST_ACTIVATION, Muscle
 from .bodies import Bodies
 from .element import HARMLESS, ON, UNKNOWN, Element
 from .paths import path_tags, read_path
@@ -90,7 +90,6 @@ THELEN = {
     "Flen": "flen",
 }
 TIMES = ("activation_time_constant", "deactivation_time_constant")
-AT_ONCE = 1e-4  # s, shorter than any step
 CLASSES = {
     "Thelen2003Muscle": Class(
         Thelen2003,
