@@ -43,6 +43,7 @@ JOINTS = {
     "several": ("CustomJoint", "abc", SEVERAL),
     "curved": ("ConstantCurvatureJoint", "abc", CURVED.format("0.1 -0.15 0.2")),
     "ellipsoid": ("EllipsoidJoint", "abc", ELLIPSOID.format("0.3 0.2 0.25")),
+    "mirrored": ("EllipsoidJoint", "abc", ELLIPSOID.format("-0.3 -0.2 -0.25")),
     "disk": ("EllipsoidJoint", "abc", ELLIPSOID.format("0.25 0.4 0.25")),
     "scapula": ("ScapulothoracicJoint", "abcd", SCAPULA),
 }  # fmt: skip

@@ -69,6 +69,7 @@ def test_masses_are_those_of_the_poses(name, load, numbers):
             turning = (R.T @ speeds[3:].reshape(3, 3))[[2, 0, 1], [1, 2, 0]]
             energy += 0.5 * (mass * speeds[:3] @ speeds[:3] + turning @ np.array(inertia) @ turning)
         M, _ = loaded.dynamics(q, v)
+        assert energy > 0.01
         assert 0.5 * v @ M @ v == pytest.approx(energy, rel=1e-9)
 
 
@@ -147,7 +148,6 @@ def test_joints_may_be_seen_from_their_other_side(kind, load):
 @pytest.mark.parametrize(
     ("name", "old", "new", "message"),
     [
-        ("ellipsoid", "0.3 0.2 0.25", "0.3 0 0.25", "radii_x_y_z: expected positive numbers"),
         ("ellipsoid", "0.3 0.2 0.25", "0.3 0.25", "radii_x_y_z: expected 3 numbers, got 2"),
         ("ellipsoid", "<radii_x_y_z>0.3 0.2 0.25</radii_x_y_z>", "",
          "there is no radii_x_y_z in it"),
