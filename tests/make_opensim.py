@@ -472,15 +472,8 @@ def passive():
     found = {"q": q, "u": u, "names": np.array([each.getName() for each in coordinates])}
     for name in passive_models.FORCES:
         model = load(passive_models.model(name, muscles=False))
-        state, rows = model.initSystem(), []
-        for place, speed in zip(q.tolist(), u.tolist(), strict=True):
-            for each, x, v in zip(coordinates_of(model, state), place, speed, strict=True):
-                each.setValue(state, x, False)
-                each.setSpeedValue(state, v)
-            free.setQ(state.getQ())
-            free.setU(state.getU())
-            rows.append(bias(bare, free) - bias(model, state))
-        found[name] = np.array(rows)
+        state = model.initSystem()
+        found[name] = added(model, state, q, u, bare, free)
         for each, x, v in zip(coordinates_of(model, state), q[0], u[0], strict=True):
             each.setValue(state, float(x), False)
             each.setSpeedValue(state, float(v))
@@ -488,23 +481,22 @@ def passive():
         times = [0.0, passive_models.SPAN]
         ends = integrated(model, state, times, lambda now, read=read: [at(now) for at in read])
         found[f"{name}_end"] = np.array(ends[-1])
-    found["pushing"] = pushed(q, u, bare, free)
-    return found
-
-
-def pushed(q, u, bare, free):
-    """What a unit of force of the actuator between two points is on the coordinates (STATES, n)."""
-    import opensim
-
-    model = load(
+    pushing = load(
         passive_models.model(muscles=False).replace(
             "<ForceSet><objects>", f"<ForceSet><objects>{passive_models.PUSHING}"
         )
     )
-    state, rows = model.initSystem(), []
-    actuator = opensim.ScalarActuator.safeDownCast(model.getForceSet().get("pushing"))
+    state = pushing.initSystem()
+    actuator = opensim.ScalarActuator.safeDownCast(pushing.getForceSet().get("pushing"))
     actuator.overrideActuation(state, True)
     actuator.setOverrideActuation(state, 1.0)
+    found["pushing"] = added(pushing, state, q, u, bare, free)
+    return found
+
+
+def added(model, state, q, u, bare, free):
+    """What forces a model has that another one with its own state has not (STATES, n)."""
+    rows = []
     for place, speed in zip(q.tolist(), u.tolist(), strict=True):
         for each, x, v in zip(coordinates_of(model, state), place, speed, strict=True):
             each.setValue(state, x, False)

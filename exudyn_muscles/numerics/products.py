@@ -144,3 +144,15 @@ def factor_at(factors, curves, k, q):
     power = q[j] ** (exponent - 1)
     curvature = exponent * (exponent - 1) * q[j] ** (exponent - 2) if exponent > 1 else 0.0
     return power * q[j], exponent * power, curvature
+
+
+@kernel(inline=True)
+def term_at(factors, curves, row, last, q):
+    """The row behind the term that begins with `row`, and its value."""
+    end = row
+    value = factors[row, COEFFICIENT]
+    while end < last and factors[end, TERM] == factors[row, TERM]:
+        one, _, _ = factor_at(factors, curves, end, q)
+        value *= one
+        end += 1
+    return end, value

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ..numerics.curves import Curve
 from ..numerics.kernel import kernel
-from ..numerics.products import COEFFICIENT, FACTOR_COORDINATE, TERM, checked_terms, factor_at
+from ..numerics.products import COEFFICIENT, FACTOR_COORDINATE, checked_terms, factor_at, term_at
 from .pulls import pull_coordinate
 
 
@@ -40,12 +40,7 @@ def function_pulls(factors, curves, first, last, q, pulls, k):
     length = 0.0
     row = first
     while row < last:
-        end = row
-        value = factors[row, COEFFICIENT]
-        while end < last and factors[end, TERM] == factors[row, TERM]:
-            one, _, _ = factor_at(factors, curves, end, q)
-            value *= one
-            end += 1
+        end, value = term_at(factors, curves, row, last, q)
         length += value
         for a in range(row, end):
             change = factors[row, COEFFICIENT]

@@ -22,7 +22,7 @@ class DependentCoordinate:
     coordinate : str
         The coordinate that depends.
     of : str or sequence of str
-        What it follows: independent coordinates, or other dependent ones.
+        What it follows: independent coordinates, or other dependent ones. One alone is kept as str.
     function : Curve or SumOfProducts
         Of Exudyn's coordinates, which are without the node's reference coordinates: of one,
         `simm_spline`, `linear_function` or any other, of several, a sum of products, whose
@@ -41,7 +41,8 @@ class DependentCoordinate:
 
     def __post_init__(self) -> None:
         what = f"dependent coordinate '{self.coordinate}'"
-        object.__setattr__(self, "of", self.of if isinstance(self.of, str) else tuple(self.of))
+        of = (self.of,) if isinstance(self.of, str) else tuple(self.of)
+        object.__setattr__(self, "of", of[0] if len(of) == 1 else of)
         if isinstance(self.function, SumOfProducts):
             if self.function.count > len(self.followed):
                 raise ParameterError(

@@ -21,10 +21,10 @@ from ..numerics.products import (
     COEFFICIENT,
     FACTOR_COLUMNS,
     FACTOR_COORDINATE,
-    TERM,
     SumOfProducts,
     factor_at,
     factor_rows,
+    term_at,
 )
 from .coupling import Chains, DependentCoordinate, chains
 from .state import State
@@ -145,12 +145,7 @@ def follow_several(factors, curves, first, last, d, R, bent, q, v, a):
     q[d], v[d], a[d], bent[d], R[d] = 0.0, 0.0, 0.0, 0.0, 0.0
     row = first
     while row < last:
-        end = row
-        value = factors[row, COEFFICIENT]
-        while end < last and factors[end, TERM] == factors[row, TERM]:
-            one, _, _ = factor_at(factors, curves, end, q)
-            value *= one
-            end += 1
+        end, value = term_at(factors, curves, row, last, q)
         q[d] += value
         for i in range(row, end):
             e = int(factors[i, FACTOR_COORDINATE])
