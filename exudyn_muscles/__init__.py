@@ -53,13 +53,16 @@ from .muscle.equilibrium import Equilibrium, equilibrium
 from .muscle.laws.custom import CustomLaw
 from .muscle.laws.de_groote_fregly_2016 import DeGrooteFregly2016, DeGrooteFregly2016Published
 from .muscle.laws.law import HillCurves, MuscleLaw
+from .muscle.laws.meyer_fregly_2016 import MeyerFregly2016
 from .muscle.laws.millard_2012 import Millard2012
 from .muscle.laws.schutte_1993 import Schutte1993
+from .muscle.laws.spline_law import SplineLaw
 from .muscle.laws.thelen_2003 import Thelen2003
 from .muscle.laws.thelen_2003_deprecated import Thelen2003Deprecated
 from .muscle.parameters import Muscle, MuscleSet
 from .muscle.window import Integrator, WindowEnd, integrate_window
 from .numerics.curves import Curve
+from .numerics.products import SumOfProducts
 from .numerics.splines import simm_spline
 from .path.functions import FunctionPath
 from .path.points import ConditionalPathPoint, MovingPathPoint, PathPoint
@@ -141,6 +144,7 @@ __all__ = [
     "Loops",
     "LowPass",
     "MaximumIsometricForce",
+    "MeyerFregly2016",
     "Millard2012",
     "MinMax",
     "ModelError",
@@ -185,6 +189,7 @@ __all__ = [
     "SimulationError",
     "Solver",
     "SpanWarning",
+    "SplineLaw",
     "SquaredForces",
     "StabilityWarning",
     "StartWarning",
@@ -193,6 +198,7 @@ __all__ = [
     "Storage",
     "StorageError",
     "StorageWarning",
+    "SumOfProducts",
     "Synergies",
     "Thelen2003",
     "Thelen2003Deprecated",

@@ -9,7 +9,8 @@ import exudyn as exu
 import numpy as np
 
 from .errors import ModelError, ParameterError, PassiveForceWarning, PathWarning, warn
-from .forces.actuators import Actuator, actuator_names, actuator_table
+from .forces.actuator_table import actuator_table
+from .forces.actuators import Actuator, actuator_names
 from .muscle.dynamics import tendon_forces
 from .muscle.equilibrium import equilibrium
 from .muscle.parameters import Muscle, MuscleSet

@@ -15,9 +15,11 @@ from dataclasses import replace
 from typing import Any
 
 from .errors import ParameterError
+from .muscle.activation import ActivationDynamics
 from .muscle.laws.changed import ChangedLaw
+from .muscle.laws.constant_strength import ConstantStrength
 from .muscle.laws.law import MuscleLaw
-from .muscle.parameters import Muscle
+from .muscle.parameters import AT_ONCE, RANGES, Muscle
 
 
 def ignore_passive_fiber_forces(
@@ -47,6 +49,28 @@ def ignore_tendon_compliance(
 ) -> list[Muscle]:
     """Rigid tendons, or with `ignore=False` elastic ones (`ModOpIgnoreTendonCompliance`)."""
     return _changed(muscles, names, lambda _: {"ignore_tendon_compliance": ignore})
+
+
+def ignore_physiology(
+    muscles: Iterable[Muscle], names: Iterable[str] | None = None
+) -> list[Muscle]:
+    """Tensions of the activation times F0 at any length and speed, which follow excitations at
+    once (`use_muscle_physiology` of OpenSim's static optimization, if it is false)."""
+
+    def constant(muscle: Muscle) -> dict[str, Any]:
+        return {
+            "law": ConstantStrength(),
+            "ignore_tendon_compliance": True,
+            "tendon_slack_length": 0.0,
+            "optimal_fiber_length": RANGES["optimal_fiber_length"][1],  # no path is too long
+            "pennation_angle_at_optimal": 0.0,
+            "tendon_strain_at_one_norm_force": None,
+            "activation_dynamics": ActivationDynamics.LINEAR_FILTER,
+            "activation_time_constant": AT_ONCE,
+            "deactivation_time_constant": AT_ONCE,
+        }
+
+    return _changed(muscles, names, constant)
 
 
 def replace_law(

@@ -16,7 +16,7 @@ import numpy as np
 
 from exudyn_muscles.files.disk import write_arrays, write_file
 
-from .opensim import joint_models, loop_models, passive_models, torus_model
+from .opensim import cylinder_model, joint_models, loop_models, passive_models, torus_model
 from .own_models import (
     FOLDER,
     MODEL,
@@ -56,6 +56,18 @@ KINDS = {
     "dgf_rigid": (
         "DeGrooteFregly2016Muscle", {"ignore_tendon_compliance": True, "fiber_damping": 0.01}
     ),
+}  # fmt: skip
+# Those whose tendons are rigid whatever a file says.
+RIGID_KINDS = {
+    "meyer": ("MeyerFregly2016Muscle", {"ignore_tendon_compliance": True}),
+    "meyer_wide": (
+        "MeyerFregly2016Muscle",
+        {
+            "ignore_tendon_compliance": True, "active_force_width_scale": 1.4,
+            "fiber_damping": 0.01, "ignore_passive_fiber_force": True,
+        },
+    ),
+    "splines": ("RigidTendonMuscle", {}),
 }  # fmt: skip
 SINGLE = {"force": 1000.0, "fiber": 0.1, "tendon": 0.2, "pennation": 0.2}
 LENGTH = 0.302  # of single units [m]
@@ -306,7 +318,7 @@ def forward(name):
 
 def unit_model(kind, pennation=SINGLE["pennation"], inside="<locked>true</locked>"):
     """A unit of one of the kinds between ground and a block on a rail."""
-    of, properties = KINDS[kind]
+    of, properties = (KINDS | RIGID_KINDS)[kind]
     own = "".join(f"<{key}>{str(value).lower()}</{key}>" for key, value in properties.items())
     sizes = SINGLE | {"pennation": pennation}
     points = [("ground", "0 0 0"), ("block", "0 0 0")]
@@ -340,6 +352,37 @@ def single(kind):
 
     times = np.arange(round(RAMPS[0][-1] / SINGLE_ROW) + 1) * SINGLE_ROW
     return np.array(integrated(model, state, times, read))
+
+
+def rigid():
+    """Of units whose class has a rigid tendon: l, l', a, tendon force, fibre length, and active and
+    passive fibre force (STATES, 7)."""
+    import opensim
+
+    found = {}
+    for kind in RIGID_KINDS:
+        model, rng = unit_model(kind, inside=""), np.random.default_rng(SEED)
+        state = model.initSystem()
+        (unit,), (length,) = muscles_of(model), coordinates_of(model, state)
+        l = SINGLE["tendon"] + SINGLE["fiber"] * rng.uniform(0.35, 1.75, STATES)
+        v = SINGLE["fiber"] * 10.0 * rng.uniform(-0.9, 0.9, STATES)
+        a = rng.uniform(0.05, 1.0, STATES)
+        rows = []
+        for place, speed, activation in zip(l.tolist(), v.tolist(), a.tolist(), strict=True):
+            length.setValue(state, place, False)
+            length.setSpeedValue(state, speed)
+            if kind == "splines":
+                model.realizeVelocity(state)
+                model.setControls(state, opensim.Vector([activation]))
+            else:
+                unit.setActivation(state, activation)
+            model.realizeDynamics(state)
+            rows.append((
+                place, speed, activation, unit.getTendonForce(state), unit.getFiberLength(state),
+                unit.getActiveFiberForce(state), unit.getPassiveFiberForce(state),
+            ))  # fmt: skip
+        found[kind] = np.array(rows)
+    return found
 
 
 def curves():
@@ -429,15 +472,8 @@ def passive():
     found = {"q": q, "u": u, "names": np.array([each.getName() for each in coordinates])}
     for name in passive_models.FORCES:
         model = load(passive_models.model(name, muscles=False))
-        state, rows = model.initSystem(), []
-        for place, speed in zip(q.tolist(), u.tolist(), strict=True):
-            for each, x, v in zip(coordinates_of(model, state), place, speed, strict=True):
-                each.setValue(state, x, False)
-                each.setSpeedValue(state, v)
-            free.setQ(state.getQ())
-            free.setU(state.getU())
-            rows.append(bias(bare, free) - bias(model, state))
-        found[name] = np.array(rows)
+        state = model.initSystem()
+        found[name] = added(model, state, q, u, bare, free)
         for each, x, v in zip(coordinates_of(model, state), q[0], u[0], strict=True):
             each.setValue(state, float(x), False)
             each.setSpeedValue(state, float(v))
@@ -445,7 +481,30 @@ def passive():
         times = [0.0, passive_models.SPAN]
         ends = integrated(model, state, times, lambda now, read=read: [at(now) for at in read])
         found[f"{name}_end"] = np.array(ends[-1])
+    pushing = load(
+        passive_models.model(muscles=False).replace(
+            "<ForceSet><objects>", f"<ForceSet><objects>{passive_models.PUSHING}"
+        )
+    )
+    state = pushing.initSystem()
+    actuator = opensim.ScalarActuator.safeDownCast(pushing.getForceSet().get("pushing"))
+    actuator.overrideActuation(state, True)
+    actuator.setOverrideActuation(state, 1.0)
+    found["pushing"] = added(pushing, state, q, u, bare, free)
     return found
+
+
+def added(model, state, q, u, bare, free):
+    """What forces a model has that another one with its own state has not (STATES, n)."""
+    rows = []
+    for place, speed in zip(q.tolist(), u.tolist(), strict=True):
+        for each, x, v in zip(coordinates_of(model, state), place, speed, strict=True):
+            each.setValue(state, x, False)
+            each.setSpeedValue(state, v)
+        free.setQ(state.getQ())
+        free.setU(state.getU())
+        rows.append(bias(bare, free) - bias(model, state))
+    return np.array(rows)
 
 
 def joints():
@@ -461,9 +520,8 @@ def joints():
         coordinates = [set_.get(k) for k in range(set_.getSize())]
         for _ in range(STATES):
             q = rng.uniform(-0.5, 0.5, len(coordinates))
-            for each, value, speed in zip(
-                coordinates, q, rng.uniform(-2.0, 2.0, q.size), strict=True
-            ):
+            u = rng.uniform(-2.0, 2.0, q.size) * (name not in joint_models.AT_REST)
+            for each, value, speed in zip(coordinates, q, u, strict=True):
                 each.setValue(state, float(value), False)
                 each.setSpeedValue(state, float(speed))
             model.realizeAcceleration(state)
@@ -534,6 +592,23 @@ def torus():
         state = model.initSystem()
         for row in q.tolist():
             for name, value in zip(torus_model.RANGES, row, strict=True):
+                model.getCoordinateSet().get(name).setValue(state, value, False)
+            model.realizePosition(state)
+            lengths.append(muscles_of(model)[0].getLength(state))
+        found[side] = np.array(lengths)
+    return found
+
+
+def cylinders():
+    """Places of both ends (STATES, 6) of a muscle over a cylinder, and its lengths by the sides."""
+    rng = np.random.default_rng(SEED)
+    q = rng.uniform(-1.0, 1.0, (10 * STATES, 6)) * np.tile(cylinder_model.SPREAD, 2)
+    found = {"q": q}
+    for side in cylinder_model.SIDES:
+        model, lengths = load(cylinder_model.model(side)), []
+        state = model.initSystem()
+        for row in q.tolist():
+            for name, value in zip("".join(cylinder_model.POINTS.values()), row, strict=True):
                 model.getCoordinateSet().get(name).setValue(state, value, False)
             model.realizePosition(state)
             lengths.append(muscles_of(model)[0].getLength(state))
@@ -675,10 +750,12 @@ def main():
         write_arrays(
             FOLDER / "single.npz", **dict(zip(KINDS, pool.map(single, KINDS), strict=True))
         )
+    write_arrays(FOLDER / "rigid.npz", **rigid())
     write_arrays(FOLDER / "passive.npz", **passive())
     write_arrays(FOLDER / "joints.npz", **joints())
     write_arrays(FOLDER / "loops.npz", **loops())
     write_arrays(FOLDER / "torus.npz", **torus())
+    write_arrays(FOLDER / "cylinders.npz", **cylinders())
     write_arrays(FOLDER / "filtered.npz", **filtered())
     for name, content in stored_files().items():
         write_file(FOLDER / name, content)

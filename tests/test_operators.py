@@ -22,7 +22,9 @@ def curves(muscle):
 
 @pytest.mark.parametrize("law", LAWS.values())
 def test_fibres_without_passive_force(law):
-    (muscle,) = operators.ignore_passive_fiber_forces([unit(law=law())])
+    rigid = law().curves().tendon_force_length is None
+    given = unit(law=law(), ignore_tendon_compliance=rigid)
+    (muscle,) = operators.ignore_passive_fiber_forces([given])
     x = np.linspace(0.3, 2.5, 50)
     assert not curves(muscle).passive_force_length(x).any()
     np.testing.assert_array_equal(
@@ -47,6 +49,21 @@ def test_wider_as_the_law_itself_has_it():
     x = np.linspace(0.3, 2.0, 50)
     # Curves are made to 1e-9 or so each.
     np.testing.assert_allclose(curves(muscle).active_force_length(x), own(x), rtol=0, atol=1e-8)
+
+
+def test_muscles_without_physiology_pull_with_their_activation():
+    given = unit(pennation_angle_at_optimal=0.4, law=em.Millard2012(), minimum_activation=0.0)
+    (muscle, other) = operators.ignore_physiology([given, unit("other")], "unit")
+    assert other == unit("other")
+    units = em.MuscleSet([muscle])
+    for l, v, a in ((0.05, 3.0, 0.2), (0.31, -4.0, 0.7), (2.0, 0.0, 1.0), (0.3, 0.0, 0.0)):
+        found = em.muscle_dynamics(units, [a], [0.0], [l], [v])
+        assert found.tendon_force[0] == 1000.0 * a
+    end = em.integrate_window(
+        units, [0.1], [0.0], [0.6], ([0.3], [0.3]), ([0.0], [0.0]), 0.01,
+        integrator=em.Integrator.ROSENBROCK,
+    )  # fmt: skip
+    assert end.force[0] == pytest.approx(600.0, abs=1e-6)
 
 
 def test_tendons_strengths_and_laws():

@@ -10,27 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from ..checks import link_number, number_within, three_numbers
 from ..errors import ParameterError
-from ..numerics.kernel import kernel
-from ..path.frames import GROUND, turned
+from ..path.frames import GROUND
 from ..path.functions import FunctionPath
-from ..path.paths import LinkNumbers, Paths, collect_paths
 from ..path.points import MovingPathPoint, PathPoint
-from ..path.pulls import FORCE, ON_LINK, PULL_COLUMNS, Pulls, pull_coordinate
 from ..path.surfaces import PathWrap, WrapSurface
-from .jacobian import ON_LINK_AS_TORQUE, generalized
 
-# Columns of the table of actuators: what, on which coordinate or link, against which link, and in
-# whose frame position and direction are.
-KIND, ON, AGAINST, POINT_FRAME, FRAME, POSITION, DIRECTION, COLUMNS = (
-    0, 1, 2, 3, 4, slice(5, 8), slice(8, 11), 11
-)  # fmt: skip
-COORDINATE, POINT_FORCE, TORQUE, TENSION = 0.0, 1.0, 2.0, 3.0
 # Beyond these, quadratic programs no longer see what the muscles cost, or can do, beside it.
 OPTIMAL_FORCES = 1e-3, 1e6
 
@@ -165,7 +154,7 @@ class TorqueActuator:
 
 @dataclass(frozen=True)
 class PathActuator:
-    """An ideal tension along a path, as of a cable; a negative one pushes.
+    """An ideal tension along a path, as of a cable; a negative one pushes, or the other way round.
 
     Parameters
     ----------
@@ -174,6 +163,8 @@ class PathActuator:
         As a muscle's.
     optimal_force : float
         Tension [N] at control 1: the larger, the cheaper.
+    pushes : bool
+        A positive control pushes the ends of the path apart.
     min_control, max_control : float
         Limits of tension over optimal force.
 
@@ -188,33 +179,20 @@ class PathActuator:
     path: Sequence[PathPoint | MovingPathPoint] | FunctionPath
     optimal_force: float
     wraps: Sequence[PathWrap | WrapSurface] = ()
+    pushes: bool = False
     min_control: float = -np.inf
     max_control: float = np.inf
 
     def __post_init__(self) -> None:
-        _check(self, f"path actuator '{self.name}'")
+        what = f"path actuator '{self.name}'"
+        _check(self, what)
+        _check_flags(what, pushes=self.pushes)
         if not isinstance(self.path, FunctionPath):
             object.__setattr__(self, "path", tuple(self.path))
         object.__setattr__(self, "wraps", tuple(self.wraps))
 
 
 Actuator = Reserve | PointActuator | TorqueActuator | PathActuator
-
-
-class ActuatorTable(NamedTuple):
-    """Actuators as `columns` takes them.
-
-    `rows` (r, COLUMNS) are of all of them, `paths` of those that have one, whose `names` these are.
-    """
-
-    rows: np.ndarray
-    paths: Paths
-    names: tuple[str, ...]
-
-    @property
-    def along(self) -> np.ndarray:
-        """Which of the rows have the paths."""
-        return np.flatnonzero(self.rows[:, KIND] == TENSION)
 
 
 def actuator_names(actuators: Sequence[Actuator]) -> tuple[str, ...]:
@@ -227,96 +205,6 @@ def actuator_names(actuators: Sequence[Actuator]) -> tuple[str, ...]:
             name = f"{actuator.name}_{number}"
         names.append(name)
     return tuple(names)
-
-
-def actuator_table(
-    actuators: Sequence[Actuator],
-    names: Sequence[str],
-    number: LinkNumbers,
-) -> ActuatorTable:
-    """The actuators as tables.
-
-    Parameters
-    ----------
-    actuators : sequence of Actuator
-    names : sequence of str
-        Of all coordinates of the tree.
-    number : callable
-        As `links` of `collect_paths`.
-
-    Raises
-    ------
-    ParameterError
-        An actuator acts on a coordinate or link that does not exist, or has no path.
-    """
-    along = [actuator for actuator in actuators if isinstance(actuator, PathActuator)]
-    own = tuple(actuator.name for actuator in along)
-    paths = collect_paths(
-        own, [each.path for each in along], [each.wraps for each in along], number, names,
-        kind="actuator",
-    )  # fmt: skip
-    rows = [_row(actuator, names, number) for actuator in actuators]
-    return ActuatorTable(np.array(rows).reshape(-1, COLUMNS), paths, own)
-
-
-@kernel(allocates=True)
-def columns(joints, parents, R, p, axes, table, S):
-    """Write S (N, r) of all coordinates of a tree, whose links have the frames R, p, axes; zero for
-    those that have paths."""
-    generalized(joints, parents, p, axes, actuator_pulls(R, p, table), S.T)
-
-
-@kernel(allocates=True)
-def actuator_pulls(R, p, table):
-    """The `Pulls` of a unit in every actuator, on links with the frames R, p."""
-    r = table.shape[0]
-    kinds, links = np.empty(2 * r, np.int64), np.empty(2 * r, np.int64)
-    values = np.empty((2 * r, PULL_COLUMNS))
-    pulls = Pulls(kinds, links, values, 2 * np.arange(r), 2 * np.arange(r) + 2)
-    for i in range(r):
-        k, row = 2 * i, table[i]
-        if row[KIND] == COORDINATE:
-            pulls.lasts[i] = pull_coordinate(pulls, k, int(row[ON]), 1.0)
-            continue
-        if row[KIND] == TENSION:
-            pulls.lasts[i] = k
-            continue
-        kinds[k : k + 2] = ON_LINK_AS_TORQUE if row[KIND] == TORQUE else ON_LINK
-        links[k], links[k + 1] = int(row[ON]), int(row[AGAINST])
-        turned(R, int(row[FRAME]), row[DIRECTION], values[k, FORCE:])
-        at = int(row[POINT_FRAME])
-        turned(R, at, row[POSITION], values[k, :FORCE])
-        if at >= 0:
-            values[k, :FORCE] += p[at]
-        values[k + 1] = -values[k]  # at most a torque, which has no point
-    return pulls
-
-
-def _row(actuator: Actuator, names: Sequence[str], number: LinkNumbers) -> np.ndarray:
-    """An actuator's row of the table."""
-    row = np.zeros(COLUMNS)
-    row[AGAINST] = row[POINT_FRAME] = row[FRAME] = GROUND
-    if isinstance(actuator, Reserve):
-        if actuator.coordinate not in names:
-            raise ParameterError(
-                f"reserve on '{actuator.coordinate}': the coordinates are {list(names)}"
-            )
-        row[KIND], row[ON] = COORDINATE, list(names).index(actuator.coordinate)
-        return row
-    if isinstance(actuator, PathActuator):
-        row[KIND] = TENSION
-        return row
-    what = f"actuator '{actuator.name}'"
-    row[ON] = link = number(what, actuator.link)
-    if isinstance(actuator, TorqueActuator):
-        row[AGAINST] = number(what, actuator.against)
-        row[KIND], row[DIRECTION] = TORQUE, actuator.axis
-        row[FRAME] = GROUND if actuator.torque_is_global else link
-        return row
-    row[KIND], row[POSITION], row[DIRECTION] = POINT_FORCE, actuator.point, actuator.direction
-    row[POINT_FRAME] = GROUND if actuator.point_is_global else link
-    row[FRAME] = GROUND if actuator.force_is_global else link
-    return row
 
 
 # Checks.

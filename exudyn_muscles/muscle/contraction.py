@@ -29,6 +29,7 @@ from ..numerics.kernel import kernel
 from .force_velocity import load_of_velocity, velocity_of_load
 from .parameters import (
     AF,
+    ALONG,
     BETA,
     F_0,
     F_L,
@@ -209,16 +210,20 @@ def rigid_force(tables, i, a, p, l_rate):
     F0, V = tables.table[i, F_0], tables.table[i, V_M]
     l_m, per_cos, cos_p = fiber(tables, i, p)
     cos = 1.0 / per_cos
-    f, f_a, f_x, f_v = fiber_force(tables, i, a, l_m * tables.table[i, PER_L_M0], l_rate * cos / V)
+    share, share_p = cos, cos_p  # of the speed that the fibre has
+    if tables.table[i, ALONG]:
+        share, share_p = 1.0, 0.0
+    v = l_rate * share / V
+    f, f_a, f_x, f_v = fiber_force(tables, i, a, l_m * tables.table[i, PER_L_M0], v)
     if f < 0.0:  # a fibre does not push: damping acts only against what the fibre bears
         return 0.0, 0.0, 0.0, 0.0, 0.0
-    f_p = f_x * cos * tables.table[i, PER_L_M0] + f_v * l_rate / V * cos_p
+    f_p = f_x * cos * tables.table[i, PER_L_M0] + f_v * l_rate / V * share_p
     return (
         F0 * f * cos,
         F0 * f_a * cos,
         0.0,
         F0 * (f_p * cos + f * cos_p),
-        F0 * f_v * cos * cos / V,
+        F0 * f_v * share * cos / V,
     )
 
 

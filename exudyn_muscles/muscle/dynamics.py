@@ -15,6 +15,7 @@ from .arguments import as_rows, check_range
 from .contraction import fiber, fiber_force, pull, stopped_rate, tendon_force
 from .parameters import (
     ACTIVATION,
+    ALONG,
     BETA,
     F_0,
     F_L,
@@ -82,7 +83,8 @@ def dynamics(tables, a, l_t, l, l_rate, u, rows):
         f_l = evaluate(tables.curves, int(tables.table[i, F_L]), x)[0]
         f_PE = evaluate(tables.curves, int(tables.table[i, F_PE]), x)[0]
         stopped, l_t_rate, _, _, _, _ = stopped_rate(tables, i, a[i], l_t[i], l[i], l_rate[i])
-        v = (l_rate[i] - l_t_rate) / (per_cos * tables.table[i, V_M])
+        share = 1.0 if tables.table[i, ALONG] else per_cos
+        v = (l_rate[i] - l_t_rate) / (share * tables.table[i, V_M])
         s = tables.table[i, V_REST] + (1.0 - tables.table[i, V_REST]) * a[i]
         f_v = evaluate(tables.curves, int(tables.table[i, F_V]), v / s)[0]
         F, _, F_t, _, _ = pull(tables, i, a[i], l_t[i], l[i], l_rate[i])
@@ -128,7 +130,8 @@ def rigid_active_forces(tables, l, l_rate, F):
             f_l = evaluate(
                 tables.curves, int(tables.table[i, F_L]), l_m * tables.table[i, PER_L_M0]
             )[0]
-            v = l_rate[i] / (per_cos * tables.table[i, V_M])
+            share = 1.0 if tables.table[i, ALONG] else per_cos
+            v = l_rate[i] / (share * tables.table[i, V_M])
             f_v = evaluate(tables.curves, int(tables.table[i, F_V]), v)[0]
             F[i] = tables.table[i, F_0] * f_l * f_v / per_cos
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..numerics.kernel import kernel
 from .arguments import as_rows, check_range
 from .contraction import fiber, fiber_force, pull, tendon
-from .parameters import A_MIN, F_0, L_TS, P_MIN, PER_L_M0, RIGID, V_M, MuscleSet
+from .parameters import A_MIN, ALONG, F_0, L_TS, P_MIN, PER_L_M0, RIGID, V_M, MuscleSet
 
 BISECTIONS = 100  # halves any bracket to the last bit
 ROUNDING = 1e-12  # of forces over F0
@@ -43,7 +43,8 @@ def moving_fiber(tables, i, a, l, l_rate, p):
     elif k_t > 0.0:
         share = k_t / (k_t + max(k_m, 0.0))
     speed = share * l_rate * cos
-    force, k_m, _ = along_tendon(tables, i, a, p, speed / tables.table[i, V_M])
+    v = l_rate if tables.table[i, ALONG] else speed
+    force, k_m, _ = along_tendon(tables, i, a, p, v / tables.table[i, V_M])
     return force, speed, k_t, k_m
 
 

@@ -26,17 +26,18 @@ if TYPE_CHECKING:
     from ..path.surfaces import PathWrap, WrapSurface
 
 # Columns of `MuscleTables.table`. The last five are the numbers of the curves; FORM, AF and FLEN
-# are those of `force_velocity.py`.
+# are those of `force_velocity.py`, ALONG says that f_v takes no cosine of the pennation.
 (
     F_0, L_M0, PER_L_M0, L_TS, PER_E, PER_STRETCH, WIDTH, V_M, V_REST, BETA, P_MIN, RIGID,
-    A_MIN, TAU_A, TAU_D, SWITCH, ACTIVATION, FORM, AF, FLEN, F_L, F_V, INVERSE_F_V, F_PE, F_SE,
-    COLUMNS,
-) = range(26)  # fmt: skip
+    A_MIN, TAU_A, TAU_D, SWITCH, ACTIVATION, FORM, AF, FLEN, ALONG, F_L, F_V, INVERSE_F_V, F_PE,
+    F_SE, COLUMNS,
+) = range(27)  # fmt: skip
 
 NO_CURVE = Curve.line(0.0, 0.0)  # kernels get at least one
 
 # Fibres without a damper divide by the activation.
 LEAST_ACTIVATION = 1e-3
+AT_ONCE = 1e-4  # s, of an activation that is its excitation: shorter than any step
 # OpenSim's limit for all fixed-width units; the fibre would stand across the tendon at 90 deg.
 MAXIMUM_PENNATION = math.acos(0.1)
 
@@ -286,6 +287,7 @@ def _row(muscle: Muscle, numbers: dict[Curve, int]) -> list[float]:
     row[V_REST] = law.speed_without_activation
     row[BETA] = law.fiber_damping
     row[FORM], row[AF], row[FLEN] = law.force_velocity_form
+    row[ALONG] = law.velocity_along_tendon
     # The tendon curve's argument is (l_t / l_ts - 1) / e = l_t PER_STRETCH - PER_E.
     row[PER_E] = 1.0 / muscle.tendon_strain
     # Of a rigid one it is only a scale.

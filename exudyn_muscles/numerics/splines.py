@@ -7,8 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..errors import ParameterError
-from .curves import Curve
+from .curves import COEFFICIENTS, END, ORIGIN, Curve
 from .kernel import kernel
+
+Points = tuple[tuple[float, ...], tuple[float, ...]]
 
 QUINTIC = 5
 # A point every third of a degree of a full turn; the time goes with their third power.
@@ -74,6 +76,43 @@ def piecewise_line(x: Sequence[float], y: Sequence[float]) -> Curve:
         return values[i] + (places - knots[i]) * slopes[i]
 
     return Curve(line, np.unique(knots).tolist(), name="the piecewise linear function")
+
+
+def checked_points(what: str, given: Sequence[Sequence[float]]) -> Points:
+    """The points (x, y) of a `simm_spline`.
+
+    Raises
+    ------
+    ParameterError
+        They are none; names `what` has them.
+    """
+    try:
+        x, y = (tuple(float(number) for number in row) for row in given)
+    except (TypeError, ValueError):
+        raise ParameterError(f"{what} is a pair (x, y) of points, got {given!r}") from None
+    try:
+        simm_spline(x, y)
+    except ParameterError as error:
+        raise ParameterError(f"{what}: {error}") from None
+    return x, y
+
+
+def spline_breaks(
+    spline: Curve, ends: tuple[float, float], levels: Sequence[float] = ()
+) -> list[float]:
+    """Where a spline is not smooth between `ends`, which belong to it, and where it crosses these
+    values."""
+    found = [*spline.pieces[1:, ORIGIN]]
+    for level in levels:
+        for piece in spline.pieces[1:-1]:
+            coefficients = piece[COEFFICIENTS][::-1].copy()
+            coefficients[-1] -= level
+            for root in np.roots(np.trim_zeros(coefficients, "f")):
+                place = piece[ORIGIN] + root.real
+                if root.imag == 0.0 and piece[ORIGIN] < place < piece[END]:
+                    found.append(float(place))
+    places = np.unique(found)
+    return [ends[0], *places[(places > ends[0]) & (places < ends[1])].tolist(), ends[1]]
 
 
 def told_apart(times: np.ndarray) -> np.ndarray:

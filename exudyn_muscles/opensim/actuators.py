@@ -7,6 +7,7 @@ from typing import Any
 
 from ..forces.actuators import Actuator, PathActuator, PointActuator, Reserve, TorqueActuator
 from ..path.frames import GROUND
+from ..path.points import PathPoint
 from .bodies import Bodies
 from .document import TURNED
 from .element import ON, Element
@@ -16,7 +17,10 @@ from .paths import path_tags, read_path
 COMMON = ("isDisabled", *ON, "min_control", "max_control", "optimal_force")
 # With an activation that follows the control by a time constant.
 SLOWER = "ActivationCoordinateActuator"
-ACTUATORS = ("CoordinateActuator", "PointActuator", "TorqueActuator", "PathActuator", SLOWER)
+ACTUATORS = (
+    "CoordinateActuator", "PointActuator", "TorqueActuator", "PathActuator", "PointToPointActuator",
+    SLOWER,
+)  # fmt: skip
 
 
 def read_actuator(element: Element, bodies: Bodies) -> Actuator | None:
@@ -34,6 +38,8 @@ def read_actuator(element: Element, bodies: Bodies) -> Actuator | None:
             element.allow(*COMMON, *path_tags(element))
             path, wraps = read_path(element, bodies)
             return PathActuator(path=path, wraps=wraps, **common)
+        if element.tag == "PointToPointActuator":
+            return _between_points(element, bodies, common)
         if element.tag == "TorqueActuator":
             return _torque_actuator(element, bodies, common)
         return _reserve(element, bodies, common)
@@ -84,6 +90,22 @@ def _point_actuator(
         force_is_global=force_is_global,
         **common,
     )
+
+
+def _between_points(
+    element: Element, bodies: Bodies, common: dict[str, Any]
+) -> PathActuator | None:
+    element.allow(*COMMON, "bodyA", "bodyB", "points_are_global", "pointA", "pointB")
+    if element.flag("points_are_global"):
+        element.get("points_are_global").refuse()
+    places = [_place(element, f"body{end}", bodies) for end in "AB"]
+    if places[0].link == places[1].link:
+        return None
+    path = [
+        PathPoint(place.at(element.vector(f"point{end}", default=(0, 0, 0))).tolist(), place.link)
+        for end, place in zip("AB", places, strict=True)
+    ]
+    return PathActuator(path=path, pushes=True, **common)
 
 
 def _torque_actuator(

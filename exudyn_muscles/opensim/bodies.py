@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..numerics.products import SumOfProducts
 from ..path.frames import GROUND
 from ..skeleton.coupling import DependentCoordinate, linear_function
 from ..skeleton.tree import PRISMATIC
@@ -21,7 +22,7 @@ from .couplers import Coupler, read_couplers
 from .element import Element
 from .frame_set import GROUND_PATH, PARTS, FrameSet, body_path
 from .frames import ZERO, Place, aligned, moved, pose
-from .functions import Line, as_curve
+from .functions import Line, as_curve, without_locked
 from .joints import Axis, Coordinate, joint_path, read_axes
 
 # From this version of the format on an inertia is one property; before, what a file left out of it
@@ -211,25 +212,25 @@ class Bodies:
             axes = [axis.backwards for axis in reversed(axes)]
         self.coordinates += coordinates
         first = len(self.links)
-        link, H = self._move(link, H @ end.before, axes)
+        link, H = self._move(link, H @ end.before, axes, coordinates)
         self.places[end.child] = Place(link, H @ np.linalg.inv(end.behind))
         moving = {each.coordinate.name for each in self.links[first:]}
         for coordinate in coordinates:
             if not coordinate.locked and coordinate.name not in moving:
                 raise end.joint.error(f"coordinate '{coordinate.name}' moves nothing")
 
-    def _move(self, link: int, H: np.ndarray, axes: list[Axis]) -> Place:
+    def _move(
+        self, link: int, H: np.ndarray, axes: list[Axis], coordinates: list[Coordinate]
+    ) -> Place:
         """The frame behind a joint whose axes begin at the frame `H` of a link; adds its links."""
         leading: dict[str, Axis] = {}
         for axis in sorted(axes, key=lambda axis: axis.rotates):  # no angle if it also moves
             if axis.coordinate is not None and axis.is_own:
                 leading.setdefault(axis.coordinate.name, axis)
-        apart: dict[str, Coordinate] = {}
-        for axis in axes:
-            coordinate = axis.coordinate
-            if coordinate is not None and axis.fixed is None and coordinate.name not in leading:
-                apart[coordinate.name] = coordinate
-        self.links += [_slider(coordinate) for coordinate in apart.values()]
+        needed = {name for axis in axes if axis.fixed is None for name in axis.followed}
+        self.links += [
+            _slider(each) for each in coordinates if each.name in needed - leading.keys()
+        ]
         for axis in axes:
             if axis.fixed is not None or axis.coordinate is None:
                 H = H @ moved(axis, axis.fixed or 0.0)
@@ -239,13 +240,14 @@ class Bodies:
                 direction = axis.function.slope * direction
                 H = H @ moved(axis, axis.function.value)
             else:
-                name = f"{name}/{axis.element.name}"
-                follows = DependentCoordinate(
-                    name, of=axis.coordinate.name, function=as_curve(axis.function)
-                )
+                name, of = axis.follower, axis.followed
+                follows = DependentCoordinate(name, of=of, function=as_curve(axis.function))
             number, turn = aligned(direction)
             joint = number if axis.rotates else number + PRISMATIC
             nothing = Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
+            if not axis.carries:
+                self.links.append(_slider(axis.coordinate)._replace(name=name, follows=follows))
+                continue
             self.links.append(Link(joint, link, H @ turn, name, axis.coordinate, follows, nothing))
             link, H = len(self.links) - 1, turn.T
         return Place(link, H)
@@ -256,19 +258,24 @@ class Bodies:
         known = {coordinate.name for coordinate in self.coordinates}
         free = [link.name for link in self.links if not (link.follows or link.name in couplers)]
         for name, (of, given, element) in couplers.items():
-            for each in (name, of):
+            for each in (name, *of):
                 if each not in known:
                     raise element.error(f"there is no coordinate '{each}'")
             if name in self.locked:
                 raise element.error(f"coordinate '{name}' is locked as well")
             function = as_curve(given)
-            if of in self.locked:  # and so is what follows: any other one, with slope zero
+            if isinstance(function, SumOfProducts):
+                function, of = without_locked(function, of, self.locked)
+                value = None if of else function(())
+            else:
+                value = float(function(self.locked[of[0]])) if of[0] in self.locked else None
+            if value is not None:  # as what follows: any other one, with slope zero
                 if not free:
                     raise element.error("no coordinate is left that is independent")
-                function = linear_function(0.0, float(function(self.locked[of])))
-                of = free[0]
+                function, of = linear_function(0.0, value), (free[0],)
+            with element.blamed():
+                follows = DependentCoordinate(name, of=of, function=function)
             number = numbers[name]
-            follows = DependentCoordinate(name, of=of, function=function)
             self.links[number] = self.links[number]._replace(follows=follows)
 
     def _add_inertia(self, place: Place, body: Element) -> None:

@@ -5,17 +5,18 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ..numerics.curves import Curve
+from ..numerics.products import SumOfProducts
 from .element import Element
-from .functions import Line, read_function
+from .functions import SEVERAL, Line, read_function, read_several
 
 COUPLER = "CoordinateCouplerConstraint"
 
 
 class Coupler(NamedTuple):
-    """What a coordinate follows: the coordinate `of` by a `function`. `element` is its place."""
+    """What a coordinate follows: the coordinates `of` by a `function`. `element` is its place."""
 
-    of: str
-    function: Line | Curve
+    of: tuple[str, ...]
+    function: Line | Curve | SumOfProducts
     element: Element
 
 
@@ -30,14 +31,16 @@ def read_couplers(model: Element) -> dict[str, Coupler]:
             "independent_coordinate_names", "dependent_coordinate_name", "scale_factor",
         )  # fmt: skip
         names = item.word("independent_coordinate_names").split()
-        if len(names) > 1:
-            where = item.get("independent_coordinate_names")
-            raise where.error("a function of several coordinates")
         dependent = item.word("dependent_coordinate_name")
         if dependent in couplers:
             line = couplers[dependent].element.line
             raise item.error(f"coordinate '{dependent}' is coupled already, in line {line}")
         function = item.object("coupled_coordinates_function")
-        given = read_function(function, item.number("scale_factor", 1.0))
-        couplers[dependent] = Coupler(names[0], given, item)
+        factor = item.number("scale_factor", 1.0)
+        given: Line | Curve | SumOfProducts
+        if len(names) == 1 and function.tag != SEVERAL:
+            given = read_function(function, factor)
+        else:
+            given = read_several(function, len(names), factor)
+        couplers[dependent] = Coupler(tuple(names), given, item)
     return couplers

@@ -36,8 +36,6 @@ def ellipsoid_axes(joint: Element, coordinates: list[Coordinate]) -> list[Axis]:
     """The axes of a joint whose class is among `RADII`, with its 3 or 4 coordinates."""
     tag = RADII[joint.tag]
     radii = joint.vector(tag)
-    if not (radii > 0.0).all():
-        raise joint.get(tag).error(f"expected positive numbers, got '{joint.get(tag).text}'")
     if joint.tag == "EllipsoidJoint":
         return _on_surface(joint, coordinates, radii, np.eye(3))
     axes = _on_surface(joint, coordinates, np.abs(SCAPULA) @ radii, SCAPULA)

@@ -11,10 +11,11 @@ import numpy as np
 
 from ..motion.coordinate import Coordinate
 from ..numerics.curves import Curve
-from .axes import Axis
+from .axes import Axis, axis_of_several
+from .curved import CURVATURE, curved_axes
 from .element import TWICE, UNKNOWN, Element
 from .ellipsoids import RADII, WINGING, ellipsoid_axes
-from .functions import Line, as_curve, read_function
+from .functions import SEVERAL, Line, as_curve, read_function, read_several
 
 X, Y, Z = np.eye(3)
 
@@ -34,7 +35,7 @@ CLASSES: dict[str, tuple[tuple[bool, np.ndarray, int], ...]] = {
 }  # fmt: skip
 # Numbers of coordinates, of the joints on ellipsoids as well.
 COUNTS = {kind: len(table) for kind, table in CLASSES.items()} | {
-    "EllipsoidJoint": 3, "ScapulothoracicJoint": 4
+    "EllipsoidJoint": 3, "ScapulothoracicJoint": 4, "ConstantCurvatureJoint": 3
 }  # fmt: skip
 FRAMES = ("frames", "socket_parent_frame", "socket_child_frame")
 OLD_FRAMES = (
@@ -42,6 +43,11 @@ OLD_FRAMES = (
     "reverse",
 )  # fmt: skip
 COORDINATES = ("coordinates", "CoordinateSet")
+# Properties that only these classes have.
+OWN = {
+    "CustomJoint": ("SpatialTransform",), "ScapulothoracicJoint": WINGING,
+    "ConstantCurvatureJoint": CURVATURE,
+}  # fmt: skip
 # Of a custom joint: translations come before rotations.
 AXES = [f"{kind}{k}" for kind in ("translation", "rotation") for k in (1, 2, 3)]
 
@@ -51,7 +57,7 @@ def read_axes(joint: Element) -> tuple[list[Coordinate], list[Axis]]:
     custom = joint.tag == "CustomJoint"
     if not custom and joint.tag not in COUNTS:
         joint.refuse()
-    own = {"CustomJoint": ["SpatialTransform"], "ScapulothoracicJoint": WINGING}.get(joint.tag, ())
+    own = OWN.get(joint.tag, ())
     joint.allow(*FRAMES, *OLD_FRAMES, *COORDINATES, RADII.get(joint.tag, ""), *own)
     members = [*joint.items("coordinates"), *joint.items("CoordinateSet")]
     coordinates = [_coordinate(member) for member in members]
@@ -61,6 +67,8 @@ def read_axes(joint: Element) -> tuple[list[Coordinate], list[Axis]]:
         axes = _custom_axes(joint, coordinates)
     elif joint.tag in RADII:
         axes = ellipsoid_axes(joint, coordinates)
+    elif joint.tag == "ConstantCurvatureJoint":
+        axes = curved_axes(joint, coordinates)
     else:
         line = Line(1.0, 0.0)
         axes = [
@@ -141,11 +149,17 @@ def _custom_axis(element: Element, coordinates: list[Coordinate]) -> Axis:
     if not length > 0.0:
         raise element.get("axis").error("its length is zero")
     names = element.word("coordinates", default="").split()
+    known = {coordinate.name: coordinate for coordinate in coordinates}
+    for name in names:
+        if name not in known:
+            raise element.get("coordinates").error(f"the joint has no coordinate '{name}'")
+    found = [known[name] for name in names]
+    rotates = element.name.startswith("rotation")
+    if function is not None and (len(names) > 1 or function.tag == SEVERAL):
+        several = read_several(function, len(names))
+        return axis_of_several(rotates, direction / length, found, several, element)
     if len(names) > 1:
-        raise element.get("coordinates").error("a function of several coordinates")
-    found = [coordinate for coordinate in coordinates if coordinate.name in names]
-    if len(found) != len(names):
-        raise element.get("coordinates").error(f"the joint has no coordinate '{names[0]}'")
+        raise element.error("several coordinates without a function of them")
     if function is None:  # OpenSim completes an empty function, one that is not there is zero
         is_there = element.find("function") is not None
         given: Line | Curve = Line(1.0 if names and is_there else 0.0, 0.0)
@@ -153,7 +167,6 @@ def _custom_axis(element: Element, coordinates: list[Coordinate]) -> Axis:
         given = read_function(function)
     if not names and not (isinstance(given, Line) and given.slope == 0.0):
         raise element.error("a function without a coordinate")
-    rotates = element.name.startswith("rotation")
     linear = function is None or function.tag == "LinearFunction"
     pure = linear and isinstance(given, Line) and abs(given.slope) == 1.0
     return Axis(rotates, direction / length, found[0] if found else None, given, element, pure)

@@ -10,11 +10,13 @@ from ..checks import number_within
 from ..muscle.activation import ActivationDynamics
 from ..muscle.laws.de_groote_fregly_2016 import DeGrooteFregly2016
 from ..muscle.laws.law import MuscleLaw
+from ..muscle.laws.meyer_fregly_2016 import MeyerFregly2016
 from ..muscle.laws.millard_2012 import Millard2012
 from ..muscle.laws.schutte_1993 import Schutte1993
+from ..muscle.laws.spline_law import SplineLaw
 from ..muscle.laws.thelen_2003 import Thelen2003
 from ..muscle.laws.thelen_2003_deprecated import Thelen2003Deprecated
-from ..muscle.parameters import LEAST_ACTIVATION, Muscle
+from ..muscle.parameters import AT_ONCE, LEAST_ACTIVATION, Muscle
 from .bodies import Bodies
 from .element import HARMLESS, ON, UNKNOWN, Element
 from .paths import path_tags, read_path
@@ -39,6 +41,8 @@ class Class(NamedTuple):
         Of properties that are splines, and our names of their points.
     convert : callable or None
         Puts our parameters in the place of numbers that are none here; raises ParameterError.
+    rigid : bool
+        Its tendon is rigid whatever a file says.
     """
 
     law: type[MuscleLaw]
@@ -49,6 +53,7 @@ class Class(NamedTuple):
     ignored: tuple[str, ...] = ()
     splines: Mapping[str, str] = {}
     convert: Callable[[dict[str, Any]], None] | None = None
+    rigid: bool = False
 
 
 def _thelen_deprecated(given: dict[str, Any]) -> None:
@@ -151,6 +156,29 @@ CLASSES = {
             "passive_fiber_strain_at_one_norm_force",
         ),
     ),
+    "MeyerFregly2016Muscle": Class(
+        MeyerFregly2016,
+        ActivationDynamics.SMOOTH,
+        {"activation_time_constant": 0.015, "deactivation_time_constant": 0.060},
+        numbers=(
+            *TIMES,
+            "activation_dynamics_smoothing",
+            "active_force_width_scale",
+            "fiber_damping",
+        ),
+        rigid=True,
+    ),
+    # Its activation is its control.
+    "RigidTendonMuscle": Class(
+        SplineLaw,
+        ActivationDynamics.LINEAR_FILTER,
+        dict.fromkeys(TIMES, AT_ONCE),
+        splines={
+            f"{name}_curve": name
+            for name in ("active_force_length", "passive_force_length", "force_velocity")
+        },
+        rigid=True,
+    ),
     "Thelen2003Muscle_Deprecated": Class(
         Thelen2003Deprecated,
         ActivationDynamics.LINEAR_FILTER,
@@ -212,7 +240,6 @@ NUMBERS = (
 USUAL_ACTIVATION = 0.01
 # Before this version of the format a least control of 0 meant the usual one.
 OWN_CONTROL = 30513
-AT_ONCE = 1e-4  # s, shorter than any step
 
 
 def read_muscle(element: Element, bodies: Bodies) -> Muscle:
@@ -253,7 +280,7 @@ def read_muscle(element: Element, bodies: Bodies) -> Muscle:
         muscle = Muscle(
             element.name,
             **unit,
-            ignore_tendon_compliance=element.flag("ignore_tendon_compliance"),
+            ignore_tendon_compliance=kind.rigid or element.flag("ignore_tendon_compliance"),
             activation_dynamics=activation,
             law=law,
         )

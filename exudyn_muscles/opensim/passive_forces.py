@@ -22,24 +22,24 @@ from ..forces.passive.on_coordinates import (
     CoordinateLimitForce,
     CoordinateSpring,
 )
+from ..muscle.laws.spline_law import PASSIVE as PASSIVE_CURVE
 from ..numerics.splines import simm_spline
 from ..path.points import PathPoint
 from ..skeleton.passive import PassiveForce
 from .bodies import Bodies
 from .element import ON, Element
 from .frames import pose
-from .functions import as_curve, read_function
+from .functions import Line, as_curve, read_function
 from .linkers import LINKED, linked_frames
 from .paths import path_tags, read_path
 
 ALWAYS = ("isDisabled", *ON)
 FORMULAS = tuple(f"{what}{axis}_expression" for what in "MF" for axis in "xyz")
-SEEN = ("moment_visual_scale", "force_visual_scale", "visual_aspect_ratio")
-# Of OpenSim's `Ligament`, where its file has no curve.
-LIGAMENT_CURVE = (
-    (-5.0, 0.998, 0.999, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.601, 1.602, 5.0),
-    (0.0, 0.0, 0.0, 0.0, 0.035, 0.12, 0.26, 0.55, 1.17, 2.0, 2.0, 2.0, 2.0),
+FUNCTIONS = (
+    *(f"m_{axis}_theta_{axis}_function" for axis in "xyz"),
+    *(f"f_{axis}_delta_{axis}_function" for axis in "xyz"),
 )
+SEEN = ("moment_visual_scale", "force_visual_scale", "visual_aspect_ratio")
 # Properties of `SmoothSphereHalfSpaceForce`, and what they are where a file does not say it.
 SMOOTH_CONTACT = {
     "stiffness": 1.0, "dissipation": 0.0, "static_friction": 0.0, "dynamic_friction": 0.0,
@@ -134,7 +134,7 @@ def _ligament(element: Element, bodies: Bodies, _: object) -> list[PassiveForce]
     element.allow(*ALWAYS, *path_tags(element), "resting_length", "pcsa_force", curve, *named)
     path, wraps = read_path(element, bodies)
     if element.find(curve) is None and not named:
-        force_length = simm_spline(*(list(values) for values in LIGAMENT_CURVE))
+        force_length = simm_spline(*PASSIVE_CURVE)  # OpenSim's, too
     else:
         force_length = as_curve(read_function(element.object(curve)))
     return [
@@ -187,19 +187,33 @@ def _bushing(element: Element, bodies: Bodies, _: object) -> list[PassiveForce]:
     nothing = (0.0, 0.0, 0.0)
     damping = ("rotational_damping", "translational_damping")
     stiffness = ("rotational_stiffness", "translational_stiffness")
-    is_formula = element.tag == "ExpressionBasedBushingForce"
-    element.allow(*ALWAYS, *LINKED, *damping, *((*FORMULAS, *SEEN) if is_formula else stiffness))
+    own = {
+        "BushingForce": stiffness,
+        "ExpressionBasedBushingForce": (*FORMULAS, *SEEN),
+        "FunctionBasedBushingForce": (*FUNCTIONS, *SEEN),
+    }[element.tag]
+    element.allow(*ALWAYS, *LINKED, *damping, *own)
     places = linked_frames(element, bodies, "/forceset")
-    formulas = [element.word(name, default="0") for name in FORMULAS] if is_formula else []
-    K = [] if is_formula else [element.vector(name, default=nothing) for name in stiffness]
+    K, formulas, curves = [0.0] * 6, [], []
+    if own is stiffness:
+        K = np.ravel([element.vector(name, default=nothing) for name in stiffness]).tolist()
+    elif FORMULAS[0] in own:
+        formulas = [element.word(name, default="0") for name in FORMULAS]
+    else:
+        given = [
+            read_function(element.object(name)) if element.find(name) else Line(0.0, 0.0)
+            for name in FUNCTIONS
+        ]
+        curves = [as_curve(each) for each in given]
     return [
         Bushing(
             element.name,
             links=(places[0].link, places[1].link),
             frames=(places[0].pose, places[1].pose),
-            stiffness=np.ravel(K).tolist() or [0.0] * 6,
+            stiffness=K,
             damping=np.ravel([element.vector(name, default=nothing) for name in damping]).tolist(),
             formulas=formulas,
+            curves=curves,
         )
     ]
 
@@ -309,6 +323,7 @@ PASSIVE: Mapping[str, Reader] = {
     "ExpressionBasedPointToPointForce": _two_points,
     "BushingForce": _bushing,
     "ExpressionBasedBushingForce": _bushing,
+    "FunctionBasedBushingForce": _bushing,
     "SmoothSphereHalfSpaceForce": _smooth_contact,
     "HuntCrossleyForce": _hunt_crossley,
 }

@@ -13,6 +13,7 @@ from ..methods.static import StaticSettings
 from ..motion import LowPass
 from ..muscle.window import Integrator
 from ..numerics.splines import told_apart
+from ..operators import ignore_physiology
 from ..recruitment.criteria.criterion import Criterion
 from ..recruitment.criteria.forces import SquaredForces
 from ..recruitment.criteria.powers import LARGEST_EXPONENT, PoweredForces
@@ -63,11 +64,9 @@ def read_static_setup(tool: Element, asked: files.Asked) -> StaticSetup:
         inverse=not analysis.flag("use_model_force_set", True),
     )
     physiology = analysis.flag("use_muscle_physiology", True)
-    if not physiology and len(content.model.muscles):
-        analysis.get("use_muscle_physiology").warn(
-            "OpenSim's muscles then have their maximum isometric force at any length and speed; "
-            "here it is what forces are divided by, and they stay within what a muscle can do"
-        )
+    model = content.model
+    if not physiology:
+        model = model.replace(muscles=ignore_physiology(model.muscles))
     settings = StaticSettings(
         step=_step(tool, kinematics, analysis),
         normalizer=RigidTendonForce() if physiology else MaximumIsometricForce(),
@@ -79,7 +78,7 @@ def read_static_setup(tool: Element, asked: files.Asked) -> StaticSetup:
     )  # fmt: skip
     files.warn_of_rest(tool, motion, settings.step)
     directory = files.results_directory(tool)
-    return StaticSetup(name, content.model, motion, directory, content.coordinates, settings)
+    return StaticSetup(name, model, motion, directory, content.coordinates, settings)
 
 
 def _analysis(tool: Element) -> Element:

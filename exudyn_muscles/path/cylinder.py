@@ -27,10 +27,15 @@ def wrap_over_cylinder(radius, half_length, axis, side, around, P, Q, contact):
     cross = P[0] * Q[1] - P[1] * Q[0]
     foot = -(P[0] * d_x + P[1] * d_y)  # from P, in units of square
     between = 0.0 < foot < square
+    cuts = between and cross * cross < radius * radius * square
     shorter = 1.0 if cross >= 0.0 else -1.0
     sense = shorter  # counterclockwise if positive
     if around != 0.0:
         sense = 1.0 if around > 0.0 else -1.0
+    elif side != 0.0 and axis == 2:
+        sense = sense_along_axis(side, P[2], Q[2], foot, square, cuts, shorter)
+        if sense == 0.0:
+            return FREE, 0.0
     elif side != 0.0:
         if between:
             leans = side * (d_y if axis == 0 else -d_x)
@@ -64,5 +69,21 @@ def wrap_over_cylinder(radius, half_length, axis, side, around, P, Q, contact):
         contact[row + 2, 0] = -around * contact[row, 1]
         contact[row + 2, 1] = around * contact[row, 0]
         contact[row + 2, 2] = rise / length
-    cut = between and cross * cross < radius * radius * square
-    return CUT if cut else WRAPPED, radius * turn * length / flat
+    return CUT if cuts else WRAPPED, radius * turn * length / flat
+
+
+@kernel
+def sense_along_axis(side, z_P, z_Q, foot, square, cuts, shorter):
+    """The way around a cylinder whose side is one of z, as OpenSim's comes about: 0 if none.
+
+    With one end on that side, or both, muscles wrap that cut the cylinder, or whose ends are on
+    different sides while the point next to the axis is not on the given one; with none of them all
+    muscles wrap, the longer way.
+    """
+    on_P, on_Q = (z_P >= 0.0) == (side > 0.0), (z_Q >= 0.0) == (side > 0.0)
+    if not (on_P or on_Q):
+        return -shorter
+    nearest = z_P + (foot / square) * (z_Q - z_P) if square > 0.0 else z_P
+    if not cuts and (on_P == on_Q or (nearest >= 0.0) == (side > 0.0)):
+        return 0.0
+    return -1.0 if on_Q else 1.0

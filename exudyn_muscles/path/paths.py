@@ -12,7 +12,8 @@ import numpy as np
 from ..checks import check_link_exists
 from ..errors import ParameterError
 from ..numerics.curves import Curve, PackedCurves, pack
-from .functions import FACTOR_COLUMNS, FACTOR_COORDINATE, FunctionPath
+from ..numerics.products import FACTOR_COLUMNS, FACTOR_COORDINATE, factor_rows
+from .functions import FunctionPath
 from .points import BEYOND_RANGE, ConditionalPathPoint, MovingPathPoint, PathPoint
 from .surfaces import LINK, WRAP_COLUMNS, PathWrap, WrapSurface
 
@@ -251,20 +252,10 @@ def _factor_rows(
     curves: dict[Curve, int],
 ) -> list[list[float]]:
     """The rows of a path that is a function; adds its curves to those that have a number."""
-    rows = []
-    for term, (coefficient, factors) in enumerate(
-        path.terms if isinstance(path, FunctionPath) else ()
-    ):
-        if not factors:
-            rows.append([term, coefficient, -1.0, -1.0, -1.0])
-        for coordinate, factor in factors.items():
-            j = coordinate_number(f"the path of {who}", coordinate, names)
-            if isinstance(factor, Curve):
-                exponent, number = -1, curves.setdefault(factor, len(curves))
-            else:
-                exponent, number = int(factor), -1
-            rows.append([term, coefficient, j, exponent, number])
-    return rows
+    if not isinstance(path, FunctionPath):
+        return []
+    what = f"the path of {who}"
+    return factor_rows(path.terms, lambda each: coordinate_number(what, each, names), curves)
 
 
 def _packed(curves: Iterable[Curve]) -> PackedCurves:

@@ -66,14 +66,12 @@ class WrapSurface:
         for parameter in ("position", "rotation"):
             self._set_vector(parameter)
         object.__setattr__(self, "link", link_number(f"{self}: link", self.link))
-        sides = [sign + axis for axis in self._sides for sign in ("", "-")]
+        sides = [sign + axis for axis in "xyz" for sign in ("", "-")]
         if self.side is not None and self.side not in sides:
             raise ParameterError(f"{self}: side = {self.side!r} is not one of {', '.join(sides)}")
 
     def __str__(self) -> str:
         return f"{type(self).__name__} '{self.name}'" if self.name else type(self).__name__
-
-    _sides = "xyz"
 
     def _set_vector(self, parameter: str) -> None:
         vector = three_numbers(f"{self}: {parameter}", getattr(self, parameter))
@@ -106,12 +104,12 @@ class WrapCylinder(WrapSurface):
     length : float
         [m], half of it on each side of the center; unlimited if left out.
     **surface
-        As in `WrapSurface`; the side is one of x, -x, y, -y.
+        As in `WrapSurface`. A side of z, along the axis, does what it does in OpenSim: around the
+        cylinder it goes by which of the ends are on that side (`path/cylinder.py`).
     """
 
     radius: float
     length: float = math.inf
-    _sides = "xy"
 
     def __post_init__(self) -> None:
         super().__post_init__()

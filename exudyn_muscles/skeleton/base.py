@@ -14,7 +14,7 @@ from contextlib import AbstractContextManager
 import exudyn as exu
 import numpy as np
 
-from ..forces.actuators import ActuatorTable
+from ..forces.actuator_table import ActuatorTable
 from ..path.paths import Paths
 from .ahead import TRAPEZOIDAL, Rule
 from .geometry import Mounted

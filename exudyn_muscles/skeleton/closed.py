@@ -27,7 +27,7 @@ from .coupling import DependentCoordinate
 from .dependent import Dependent
 from .renumbered import Renumbering
 from .state import State
-from .tied import Tied
+from .tied import Slopes, Tied
 from .tree import Tree
 
 # Singular values of G over the largest one, below which closures are redundant: loops of files
@@ -43,13 +43,6 @@ FARTHEST = 0.25  # rad or m, of one step towards a pose
 ON_THE_WAY, MOST_ITERATIONS = 2, 60
 ROUNDING, NEARLY = 1e-14, 1e-9  # rad or m, of steps that go no further, and that may not
 CLOSE = 1e-4  # m or 1, by which redundant closures may contradict each other
-
-
-class ClosedBasis(NamedTuple):
-    """R = dq/dz (N, n), and R' z' (N,)."""
-
-    R: np.ndarray
-    bent: np.ndarray
 
 
 class _Equations(NamedTuple):
@@ -116,8 +109,10 @@ class Closed(Tied):
         free = inner[self._z]
         super().__init__(free, np.setdiff1d(np.arange(len(names)), free))
         self.pose = self._reference[self._z]
-        roots = np.arange(len(names)) if self._explicit is None else self._explicit.roots
-        self._matters = np.isin(free, roots[_between(self._rows, tree.parents)])
+        between = _between(self._rows, tree.parents)
+        if self._explicit is not None:
+            between = self._explicit.roots_of(between)
+        self._matters = np.isin(free, between)
         self._known: dict[str, tuple] = {}  # the last pose and basis, with where they are
 
     # Forces.
@@ -231,7 +226,7 @@ class Closed(Tied):
 
     # As of `Tied`.
 
-    def _basis(self, z: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, ClosedBasis]:
+    def _basis(self, z: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, Slopes]:
         """q, and the basis there."""
         known = self._known.get("basis")
         if known is not None and np.array_equal(known[0], z) and np.array_equal(known[1], v):
@@ -245,26 +240,23 @@ class Closed(Tied):
         inner, bent = np.zeros((y.size, z.size)), np.zeros(y.size)
         inner[self._z, np.arange(z.size)], inner[self._held] = 1.0, S
         bent[self._held] = -self._solved(found.G[:, self._held], found.gamma, z)
-        basis = ClosedBasis(found.R @ inner, found.R @ bent + found.bent)
+        basis = Slopes(found.R @ inner, found.R @ bent + found.bent)
         self._known["basis"] = z.copy(), v.copy(), found.q, basis
         return found.q, basis
 
     def follow_from(
         self, z: np.ndarray, v: np.ndarray, a: np.ndarray
-    ) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ClosedBasis]:
+    ) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], Slopes]:
         q, basis = self._basis(np.asarray(z, dtype=float), v)
         return (q.copy(), basis.R @ v, basis.R @ a + basis.bent), basis
 
-    def follow(self, state: State) -> ClosedBasis:
+    def follow(self, state: State) -> Slopes:
         (q, v, a), basis = self.follow_from(
             *(values[self.free] for values in (state.q, state.v, state.a))
         )
         for values, found in ((state.q, q), (state.v, v), (state.a, a)):
             values[self.tied] = found[self.tied]
         return basis
-
-    def bent(self, basis: ClosedBasis, q_t: np.ndarray) -> np.ndarray:
-        return basis.bent
 
 
 def _between(rows: np.ndarray, parents: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import WrappingError
-from ..forces.actuators import COORDINATE, KIND, ON, ActuatorTable, columns
+from ..forces.actuator_table import COORDINATE, KIND, ON, ActuatorTable, columns
 from ..forces.jacobian import generalized
 from ..numerics.curves import PackedCurves
 from ..numerics.kernel import kernel
@@ -129,13 +129,14 @@ def compile_columns(tree: Tree, actuators: ActuatorTable) -> Callable[[np.ndarra
 
     tables, (R, p, axes) = tree.tables(), tree_frames(tree, tree.reference)  # work space
     tension, along, rest = compile_geometry(tree, paths, names), actuators.along, tree.reference
+    signs = actuators.signs
 
     def of_tree(q: np.ndarray) -> np.ndarray:
         link_frames(*tables, q, R, p, axes)
         S = np.empty(shape)
         columns(tree.joints, tree.parents, R, p, axes, table, S)
         if names:
-            S[:, along] = tension(q, rest).moment_arms.T
+            S[:, along] = signs * tension(q, rest).moment_arms.T
         return S
 
     return of_tree

@@ -71,7 +71,7 @@ def add_to_frames(joints, parents, rotations, offsets, reference, tables, q, v, 
     R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
     link_frames(joints, parents, rotations, offsets, reference, q, R, p, axes)
     for row in tables.between_frames:
-        add_bushing(joints, parents, R, p, axes, row, tables.programs, v, stack, Q)
+        add_bushing(joints, parents, R, p, axes, row, tables.curves, tables.programs, v, stack, Q)
     for row in tables.contacts:
         add_contact(joints, parents, R, p, axes, row, v, Q)
 
@@ -200,8 +200,9 @@ def _tables(
         elif isinstance(force, Bushing):
             for link in force.links:
                 check_link_exists(what, link, links)
-            between.append(bushing_row(force, len(programs)))
+            between.append(bushing_row(force, len(programs), len(curves)))
             programs += force.programs
+            curves += force.curves
         elif isinstance(force, SphereContact):
             for link in (force.sphere, force.half_space):
                 check_link_exists(what, link, links)

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..checks import check_link_exists
 from ..errors import ModelError
-from ..forces.actuators import ActuatorTable
+from ..forces.actuator_table import ActuatorTable
 from ..path.paths import Paths
 from .ahead import Rule
 from .base import ExudynSkeleton

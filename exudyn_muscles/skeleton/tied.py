@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,11 +25,11 @@ from .opened import Dynamics, Opened, agree
 from .state import State
 
 
-class HasBasis(Protocol):
-    """What has R = dq/dz (N, n)."""
+class Slopes(NamedTuple):
+    """R = dq/dz (N, n), and R' z' (N,) at the speeds there."""
 
-    @property
-    def R(self) -> np.ndarray: ...
+    R: np.ndarray
+    bent: np.ndarray
 
 
 class DynamicsOfTree(Dynamics):
@@ -69,16 +69,12 @@ class Tied(ABC):
     @abstractmethod
     def follow_from(
         self, z: np.ndarray, v: np.ndarray, a: np.ndarray
-    ) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], HasBasis]:
+    ) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], Slopes]:
         """q, q', q'' (N,) from z, z', z'' (n,); the basis is overwritten by the next call."""
 
     @abstractmethod
-    def follow(self, state: State) -> HasBasis:
+    def follow(self, state: State) -> Slopes:
         """Put the dependent coordinates of a state where they belong."""
-
-    @abstractmethod
-    def bent(self, basis: Any, q_t: np.ndarray) -> np.ndarray:
-        """R' z' (N,) of what `follow` has returned, at speeds q' (N,)."""
 
     def part(self, values: np.ndarray) -> np.ndarray:
         return values[self.free]
@@ -123,8 +119,8 @@ class Tied(ABC):
     def dynamics(self, opened: Opened, place: tuple) -> Dynamics:
         basis = self.follow(opened.state)
         M, bias = opened.dynamics()
-        R, bent = basis.R, self.bent(basis, opened.state.v)
-        return DynamicsOfTree(R.T @ M @ R, R.T @ (M @ bent + bias), place, (M, bias))
+        R = basis.R
+        return DynamicsOfTree(R.T @ M @ R, R.T @ (M @ basis.bent + bias), place, (M, bias))
 
     def begin(self, opened: Opened, torque: np.ndarray) -> None:
         """Also sets the accelerations of the whole system, as Exudyn would compute them."""

@@ -212,31 +212,34 @@ def test_a_link_that_does_not_exist(actuator):
         em.MusculoskeletalModel(mbs, tree, [muscle()], reserves=[actuator])
 
 
-def test_path_actuators_pull_as_muscles_do_on_a_tree():
+@pytest.mark.parametrize(("pushes", "sign"), [(False, 1.0), (True, -1.0)])
+def test_path_actuators_pull_as_muscles_do_on_a_tree(pushes, sign):
     mbs, tree, (q, v) = tree_of(3)
     mbs.Assemble()
     path = [em.PathPoint([0.3, -0.2, 0.1]), em.PathPoint([0.2, 0.1, 0.0], link=4)]
     wrap = em.WrapSphere(0.03, position=[0.05, 0.0, 0.0], link=1)
-    cable = em.PathActuator("cable", path=path, wraps=[wrap], optimal_force=2.0)
+    cable = em.PathActuator("cable", path=path, wraps=[wrap], optimal_force=2.0, pushes=pushes)
     given = [em.Reserve("q1", 1.0), cable, em.PointActuator("X", **POINT_ACTUATOR)]
     wrapped = dataclasses.replace(muscle(), path=path, wraps=[wrap])
     model = em.MusculoskeletalModel(mbs, tree, [wrapped], reserves=given)
     geometry = model.geometry(q, v)
     r = geometry.moment_arms[0]
     assert np.abs(r).max() > 0.01
-    np.testing.assert_array_equal(geometry.columns[:, 1], r)
+    np.testing.assert_array_equal(geometry.columns[:, 1], sign * r)
     np.testing.assert_array_equal(geometry.columns[:, 0], [0.0, 1.0, 0.0, 0.0, 0.0])
     alone = em.MusculoskeletalModel(mbs, tree, [muscle()], reserves=given[2:])
     np.testing.assert_array_equal(geometry.columns[:, 2], alone.columns(q)[:, 0])
 
 
-def test_path_actuators_pull_as_muscles_do_on_bodies():
+@pytest.mark.parametrize(("pushes", "sign"), [(False, 1.0), (True, -1.0)])
+def test_path_actuators_pull_as_muscles_do_on_bodies(pushes, sign):
     mbs = exu.SystemContainer().AddSystem()
     ground = mbs.CreateGround()
     tracked, paths, z = prismatic(mbs, ground, exu.NodeType.RotationEulerParameters)
     mbs.Assemble()
     cables = [
-        em.PathActuator(f"cable{k}", path=path, optimal_force=1.0) for k, path in enumerate(paths)
+        em.PathActuator(f"cable{k}", path=path, optimal_force=1.0, pushes=pushes)
+        for k, path in enumerate(paths)
     ]
     muscles = [
         dataclasses.replace(muscle(), name=f"unit{k}", path=path) for k, path in enumerate(paths)
@@ -244,7 +247,7 @@ def test_path_actuators_pull_as_muscles_do_on_bodies():
     model = em.MusculoskeletalModel(mbs, tracked, muscles, reserves=cables)
     geometry = model.geometry(np.array(z), np.zeros(1))
     assert np.abs(geometry.moment_arms).min() > 0.1
-    np.testing.assert_array_equal(geometry.columns.T, geometry.moment_arms)
+    np.testing.assert_array_equal(geometry.columns.T, sign * geometry.moment_arms)
 
 
 def test_a_path_actuator_needs_a_path():

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
+from exudyn_muscles.muscle.contraction import tendon_force
 from exudyn_muscles.skeleton.geometry import Geometry
 
-from ..make_opensim import KINDS, LENGTH, RAMPS, SINGLE, SINGLE_ROW
+from ..differences import gradient
+from ..make_opensim import KINDS, LENGTH, RAMPS, RIGID_KINDS, SINGLE, SINGLE_ROW
 from ..opensim import needs_opensim_files, numbers_of, with_opensims
 from ..opensim_models import FILES, muscle, muscles
 from ..own_models import FOLDER, OWN
@@ -181,3 +183,56 @@ def test_fibers_of_rigid_tendons():
             found = em.muscle_dynamics(units, [a], [SINGLE["tendon"]], [LENGTH], [0.0])
             assert found.fiber_length[0] == pytest.approx(fiber, rel=1e-13)
             assert found.tendon_force[0] == pytest.approx(force, rel=1e-9)
+
+
+RIGID_LAWS = {
+    "meyer": em.MeyerFregly2016(),
+    "meyer_wide": em.MeyerFregly2016(
+        active_force_width_scale=1.4, fiber_damping=0.01, ignore_passive_fiber_force=True
+    ),
+    "splines": em.SplineLaw(),
+}
+
+
+@pytest.mark.parametrize("kind", RIGID_KINDS)
+def test_classes_with_rigid_tendons(kind):
+    """Fibres that push, as those of OpenSim may where they shorten fastest, pull with nothing."""
+    with np.load(FOLDER / "rigid.npz") as stored:
+        table = stored[kind]
+    unit = em.Muscle(
+        "unit", max_isometric_force=SINGLE["force"], optimal_fiber_length=SINGLE["fiber"],
+        tendon_slack_length=SINGLE["tendon"], pennation_angle_at_optimal=SINGLE["pennation"],
+        law=RIGID_LAWS[kind], ignore_tendon_compliance=True,
+    )  # fmt: skip
+    units, pushing = em.MuscleSet([unit]), 0
+    for l, v, a, F, fiber, active, passive in table:
+        found = em.muscle_dynamics(units, [a], [SINGLE["tendon"]], [l], [v])
+        pushing += F < 0.0
+        expected = (max(F, 0.0), fiber, active, passive)
+        for value, other, scale in zip(
+            (found.tendon_force, found.fiber_length, found.active_fiber_force,
+             found.passive_fiber_force),
+            expected, (SINGLE["force"], SINGLE["fiber"], SINGLE["force"], SINGLE["force"]),
+            strict=True,
+        ):  # fmt: skip
+            assert abs(value[0] - other) <= 1e-10 * scale
+    assert pushing <= len(table) // 4
+    assert table[:, 3].max() > 0.5 * SINGLE["force"]
+
+
+@pytest.mark.parametrize("kind", RIGID_KINDS)
+def test_forces_of_rigid_tendons_have_their_derivatives(kind):
+    """Newton's method and the stiffness have them: of the length and of the speed."""
+    unit = em.Muscle(
+        "unit", max_isometric_force=1000.0, optimal_fiber_length=0.1, tendon_slack_length=0.2,
+        pennation_angle_at_optimal=0.4, law=RIGID_LAWS[kind], ignore_tendon_compliance=True,
+    )  # fmt: skip
+    tables = em.MuscleSet([unit]).tables
+
+    def force(x):
+        return tendon_force(tables, 0, 0.6, 0.2, x[0], x[1])[0]
+
+    for l, v in ((0.283, 0.21), (0.309, -0.33), (0.331, 0.08)):
+        *_, of_length, of_speed = tendon_force(tables, 0, 0.6, 0.2, l, v)
+        slopes = gradient(lambda x: np.array([force(x)]), np.array([l, v]), 1e-5)[0]
+        np.testing.assert_allclose([of_length, of_speed], slopes, rtol=1e-6)

@@ -9,6 +9,8 @@ LIMIT = """<CoordinateLimitForce name="limit_{0}"><coordinate>{0}</coordinate>
 <transition>0.2</transition></CoordinateLimitForce>"""
 TWICE = LINE.replace("1 0<", "2 0.1<")
 TIMES_ONE = f"<MultiplierFunction><function>{LINE}</function><scale>1</scale></MultiplierFunction>"
+POLYNOMIAL = """<MultivariatePolynomialFunction><coefficients>{}</coefficients>
+<dimension>2</dimension><order>2</order></MultivariatePolynomialFunction>"""
 # Of a custom joint none of whose coordinates OpenSim takes for an angle.
 COUPLED = axes(
     rotation1=("b", SPLINE.format("-2 -1 0 1 2", "-1.5 -0.8 0.1 0.9 2")),
@@ -18,6 +20,19 @@ COUPLED = axes(
     translation2=("c", LINE),
     translation3=("e", TIMES_ONE),
 )
+# Axes by functions of several coordinates.
+SEVERAL = axes(
+    rotation1=("a", LINE),
+    rotation2=("a b", POLYNOMIAL.format("0.1 0.3 -0.2 0.4 0.25 -0.15")),
+    rotation3=("b", LINE),
+    translation1=("b c", POLYNOMIAL.format("0.05 0.02 0.3 -0.04 0.1 0.2")),
+    translation2=(
+        "a c",
+        "<LinearFunction><coefficients>0.1 1 0.02</coefficients></LinearFunction>",
+    ),
+    translation3=("c", LINE),
+)
+CURVED = "<neutral_angle_x_z_y>{}</neutral_angle_x_z_y><length>0.4</length>"
 ELLIPSOID = "<radii_x_y_z>{}</radii_x_y_z>"
 SCAPULA = """<thoracic_ellipsoid_radii_x_y_z>0.12 0.17 0.09</thoracic_ellipsoid_radii_x_y_z>
 <scapula_winging_axis_origin>0.03 -0.02</scapula_winging_axis_origin>
@@ -25,10 +40,19 @@ SCAPULA = """<thoracic_ellipsoid_radii_x_y_z>0.12 0.17 0.09</thoracic_ellipsoid_
 # Class, coordinates, and what is in the joint.
 JOINTS = {
     "coupled": ("CustomJoint", "abcde", COUPLED),
+    "several": ("CustomJoint", "abc", SEVERAL),
+    "curved": ("ConstantCurvatureJoint", "abc", CURVED.format("0.1 -0.15 0.2")),
     "ellipsoid": ("EllipsoidJoint", "abc", ELLIPSOID.format("0.3 0.2 0.25")),
+    "mirrored": ("EllipsoidJoint", "abc", ELLIPSOID.format("-0.3 -0.2 -0.25")),
     "disk": ("EllipsoidJoint", "abc", ELLIPSOID.format("0.25 0.4 0.25")),
     "scapula": ("ScapulothoracicJoint", "abcd", SCAPULA),
 }  # fmt: skip
+
+# At rest: OpenSim 4.6 takes first derivatives of such polynomials for the second ones.
+AT_REST = ("several",)
+# OpenSim's velocities are not the rates of its own poses: it gives Simbody the joint's velocities
+# in the child's frame, not the parent's, and no H' u.
+WITHOUT_VELOCITIES = ("curved",)
 
 
 def model(name):
@@ -36,7 +60,8 @@ def model(name):
     kind, names, inside = JOINTS[name]
     own = "".join(coordinate(each, -0.6, 0.6) for each in names)
     # Forces on coordinates of the others act on OpenSim's speeds, which are none of the angles'.
-    limited = (*names, "z") if kind == "CustomJoint" else "z"
+    own_speeds = ("CustomJoint", "ConstantCurvatureJoint")
+    limited = (*names, "z") if kind in own_speeds else "z"
     return MODEL.format(
         name=name,
         bodies=body("one", 1.2, "0.02 -0.1 0.05", "0.02 0.03 0.04 0.001 0 0.002")

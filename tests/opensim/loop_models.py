@@ -19,6 +19,23 @@ COUPLER = """<CoordinateCouplerConstraint name="coupler"><coupled_coordinates_fu
 <SimmSpline><x>-2 -1 0 1 2</x><y>0.5 0.1 0.2 0.15 0.6</y></SimmSpline>
 </coupled_coordinates_function><independent_coordinate_names>c</independent_coordinate_names>
 <dependent_coordinate_name>g</dependent_coordinate_name></CoordinateCouplerConstraint>"""
+SEVERAL = """<CoordinateCouplerConstraint name="several"><coupled_coordinates_function>
+{}</coupled_coordinates_function><independent_coordinate_names>{}</independent_coordinate_names>
+<dependent_coordinate_name>{}</dependent_coordinate_name><scale_factor>{}</scale_factor>
+</CoordinateCouplerConstraint>"""
+POLYNOMIAL = SEVERAL.format(
+    """<MultivariatePolynomialFunction><coefficients>0.05 0.25 -0.15 0.2 0.1 -0.216</coefficients>
+    <dimension>2</dimension><order>2</order></MultivariatePolynomialFunction>""", "c d", "g", 2,
+)  # fmt: skip
+CHAIN = SEVERAL.format(
+    "<LinearFunction><coefficients>0.7 -0.2 0.42</coefficients></LinearFunction>", "a c", "f", 1
+) + SEVERAL.format(
+    "<SimmSpline><x>-2 -1 0 0.6 2</x><y>0.5 0.1 0.2 0.3 0.6</y></SimmSpline>", "f", "g", 1
+)
+STRAIGHT = SEVERAL.format(
+    """<PiecewiseLinearFunction><x>-2 0 1 2</x><y>0.5 0.1 0.5 0.6</y></PiecewiseLinearFunction>""",
+    "c", "g", 1,
+)  # fmt: skip
 LINE = f"""<PointOnLineConstraint name="line"><socket_line_body>/ground</socket_line_body>
 <socket_follower_body>/bodyset/three</socket_follower_body>
 <line_direction_vec>1 2 -0.5</line_direction_vec><point_on_line>{END}</point_on_line>
@@ -30,7 +47,14 @@ CONSTRAINTS = {
     "redundant": POINT.format("pin") + POINT.format("pin_again") + LINE,
     "line": LINE,
     "weld": WELD,
+    "polynomial": POLYNOMIAL,
+    "chain": CHAIN,
+    "piecewise": STRAIGHT,
+    "distance_and_polynomial": DISTANCE.format(0.9346848979873492) + POLYNOMIAL,
 }
+# OpenSim 4.6 takes first derivatives of such polynomials for the second ones, which matter as
+# soon as they move.
+AT_REST = ("polynomial", "distance_and_polynomial")
 DEFAULTS = {"a": 0.4, "b": -0.3, "c": 0.5, "d": 0.2, "e": -0.4, "f": 0.6, "g": 0.3}
 SPAN, ROWS = 0.15, 6  # of the runs [s], and their rows
 

@@ -37,6 +37,9 @@ MATERIAL = """<HuntCrossleyForce::ContactParameters><geometry>{}</geometry><stif
 <dissipation>{}</dissipation><static_friction>{}</static_friction><dynamic_friction>{}
 </dynamic_friction><viscous_friction>{}</viscous_friction></HuntCrossleyForce::ContactParameters>"""
 
+PUSHING = """<PointToPointActuator name="pushing"><bodyA>foot</bodyA><bodyB>shank</bodyB>
+<pointA>0.1 0.02 -0.1</pointA><pointB>0.02 0.1 0.03</pointB><optimal_force>7</optimal_force>
+<min_control>-1</min_control><max_control>3</max_control></PointToPointActuator>"""
 SPAN = 0.05  # of the runs [s]
 FORCES = {
     "limit": """<CoordinateLimitForce name="limit"><coordinate>flexion</coordinate>
@@ -91,6 +94,15 @@ FORCES = {
         <Mz_expression>30*sin(theta_z)</Mz_expression><Fx_expression>1e3*delta_x</Fx_expression>
         <Fy_expression>2e3*delta_y+delta_x*theta_y</Fy_expression>
         <Fz_expression>3e3*tanh(delta_z)</Fz_expression></ExpressionBasedBushingForce>""",
+    "bushing_functions": f"""<FunctionBasedBushingForce name="bushing">{FRAMES}
+        <m_x_theta_x_function><LinearFunction><coefficients>10 0.2</coefficients></LinearFunction>
+        </m_x_theta_x_function><m_y_theta_y_function><SimmSpline><x>-1 -0.2 0 0.3 1</x>
+        <y>-30 -5 0 4 20</y></SimmSpline></m_y_theta_y_function><m_z_theta_z_function>
+        <PolynomialFunction><coefficients>40 0 20 0</coefficients></PolynomialFunction>
+        </m_z_theta_z_function><f_x_delta_x_function><PiecewiseLinearFunction><x>-1 0 0.1 1</x>
+        <y>-1000 0 50 900</y></PiecewiseLinearFunction></f_x_delta_x_function>
+        <f_z_delta_z_function><Constant><value>7</value></Constant></f_z_delta_z_function>
+        </FunctionBasedBushingForce>""",
     "smooth_contact": """<SmoothSphereHalfSpaceForce name="smooth">
         <socket_sphere>/contactgeometryset/heel</socket_sphere>
         <socket_half_space>/contactgeometryset/floor</socket_half_space>

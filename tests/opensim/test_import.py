@@ -809,7 +809,7 @@ def changed(of, old, new):
     ("changes", "text"),
     [
         ({"forces": muscle() + SPRING}, "ForceSet / ElasticFoundationForce 'spring': this cannot"),
-        ({"forces": muscle("RigidTendonMuscle")}, "RigidTendonMuscle 'muscle': this cannot"),
+        ({"forces": muscle("Zajac1989Muscle")}, "Zajac1989Muscle 'muscle': this cannot"),
         ({"forces": muscle("Delp1990Muscle_Deprecated")},
          "Delp1990Muscle_Deprecated 'muscle': a mass moves between its fibre and its tendon"),
         ({"forces": muscle("Schutte1993Muscle", inside=CONSTANT_CURVE)},
@@ -822,7 +822,8 @@ def changed(of, old, new):
          "Thelen2003Muscle_Deprecated 'muscle': Vmax = 0.0 is outside [0.1, 100]"),
         ({"rest": COUPLER.format("")}, "ConstraintSet / CoordinateCouplerConstraint 'c'"),
         ({"joints": changed(PIN, "PinJoint", "ConstantCurvatureJoint")},
-         "ConstantCurvatureJoint 'joint': this cannot"),
+         "ConstantCurvatureJoint 'joint': expected 3 coordinates, found 1"),
+        ({"joints": changed(PIN, "PinJoint", "SpringJoint")}, "SpringJoint 'joint': this cannot"),
         ({"joints": changed(PIN, "/bodyset/body", "/bodyset/leg")}, "no frame '/bodyset/leg'"),
         ({"joints": PIN + PIN}, "PhysicalOffsetFrame 'before': there is another one, in line 8"),
         ({"joints": ""}, "Body 'body': no joint leads to it"),
@@ -833,7 +834,7 @@ def changed(of, old, new):
         ({"rest": COUPLER.format(coupled("c"))}, "'c': there is no coordinate 'c'"),
         ({"rest": COUPLER.format(coupled("angle", of="angle"))}, "in a circle: angle"),
         ({"rest": COUPLER.format(coupled("angle", of="a b"))},
-         "independent_coordinate_names: a function of several coordinates"),
+         "LinearFunction 'function' / coefficients: expected 3 numbers, got 2"),
         ({"rest": COUPLER.format(coupled("b")).replace("</objects>", SECOND), "joints": UNIVERSAL},
          "CoordinateCouplerConstraint 'd': coordinate 'b' is coupled already, in line"),
         ({"rest": COUPLER.format(coupled("b")), "joints": UNIVERSAL.replace(

@@ -143,3 +143,33 @@ def test_one_file_is_no_sequence_of_force_sets(tmp_path):
     file.write_text(passive_models.model())
     with pytest.raises(em.ParameterError, match=r"a sequence of files, got 'reserves\.xml' alone"):
         em.opensim.load_model(file, force_sets="reserves.xml")
+
+
+def test_an_actuator_between_points_is_opensims(tmp_path, numbers):
+    """A positive control pushes the points apart, within the file's limits of it."""
+    text = passive_models.model().replace(
+        "<ForceSet><objects>", f"<ForceSet><objects>{passive_models.PUSHING}"
+    )
+    model = load(tmp_path, text)
+    at = [list(numbers["names"]).index(each) for each in model.coordinates]
+    (actuator,) = model.reserves
+    assert (actuator.min_control, actuator.max_control, actuator.optimal_force) == (-1.0, 3.0, 7.0)
+    for q, expected in zip(numbers["q"][:, at], numbers["pushing"][:, at], strict=True):
+        found = model.geometry(q, np.zeros(len(q))).columns[:, 0]
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+    assert np.abs(numbers["pushing"]).max() > 0.05
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("<bodyB>shank", "<points_are_global>true</points_are_global><bodyB>shank",
+         "points_are_global: this cannot be represented"),
+        ("<bodyA>foot", "<bodyA>hand", "there is no frame 'hand'"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_an_actuator_between_points(old, new, message, tmp_path):
+    pushing = passive_models.PUSHING.replace(old, new)
+    text = passive_models.model().replace("<ForceSet><objects>", f"<ForceSet><objects>{pushing}")
+    with pytest.raises(em.ModelFileError, match=message):
+        load(tmp_path, text)

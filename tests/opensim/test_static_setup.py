@@ -73,8 +73,7 @@ def test_the_exponent_and_what_forces_are_divided_by(write):
     for asked, taken in ((1, em.SquaredForces()), (12, em.PoweredForces(5.0))):
         with pytest.warns(em.ModelFileWarning, match=f"activation_exponent: {asked}: here it is"):
             assert load(write(activation_exponent=asked)).settings.criterion == taken
-    with pytest.warns(em.ModelFileWarning, match="they stay within what a muscle can do"):
-        setup = load(write(use_muscle_physiology="false"))
+    setup = load(write(use_muscle_physiology="false"))
     assert setup.settings.normalizer == em.MaximumIsometricForce()
 
 
@@ -147,8 +146,23 @@ def test_opensims_problem_has_opensims_solution(name, write, stored):
     assert (np.abs(found.force - force[:, 1:5]) < within).all()
 
 
+def test_without_physiology_the_whole_result_is_opensims(write, stored):
+    """Muscles are tensions of F0 times their activation there."""
+    setup = load(write(use_muscle_physiology="false"))
+    result = em.static_optimization(setup.model, setup.motion, settings=setup.settings)
+    assert result.max_unmet_torque == 0.0
+    times = stored["isometric_activation"][:, 0]
+    rows = [int(np.abs(result.time - t).argmin()) for t in times]
+    np.testing.assert_allclose(result.time[rows], times, rtol=0, atol=1e-9)
+    for kind, found, scale in (
+        ("activation", result.activations, 1.0), ("force", result.tendon_forces, 1000.0)
+    ):  # fmt: skip
+        expected = stored[f"isometric_{kind}"][:, 1:5]
+        np.testing.assert_allclose(found[rows], expected, rtol=0, atol=1e-7 * scale)
+
+
 @pytest.mark.filterwarnings("ignore::exudyn_muscles.ModelFileWarning")
-@pytest.mark.parametrize("name", ASKED)
+@pytest.mark.parametrize("name", ["squares", "cubes"])
 def test_what_the_whole_result_adds(name, write, stored):
     """Passive forces most of all: these muscles are long. Tendons that stretch take a quarter of
     that back."""

@@ -402,7 +402,7 @@ def test_drawn_points_lie_on_the_surface(kind):
         ),
         (lambda: em.WrapSphere("big"), "WrapSphere: radius = 'big' m is outside"),
         (lambda: em.WrapCylinder(1.0, -1.0), r"length = -1.0 m is outside \[0, 1000\] m"),
-        (lambda: em.WrapCylinder(1.0, side="z"), "side = 'z' is not one of x, -x, y, -y"),
+        (lambda: em.WrapCylinder(1.0, side="up"), "side = 'up' is not one of x, -x, y, -y, z, -z"),
         (lambda: em.WrapSphere(1.0, side="up"), "side = 'up' is not one of x, -x, y, -y, z, -z"),
         (
             lambda: em.WrapSphere(1.0, link=-2),

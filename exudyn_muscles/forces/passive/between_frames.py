@@ -1,8 +1,8 @@
 """Forces between two frames: bushings.
 
 Frame 2 is off frame 1 by the body-fixed angles about x, y and z and by the position in frame 1,
-x = (theta, delta). What opposes it, f = -(K x + C x'), or formulas of x in place of K x, acts in
-these directions: its virtual work is f dx.
+x = (theta, delta). What opposes it, f = -(K x + C x'), or formulas or curves of x in place of K x,
+acts in these directions: its virtual work is f dx.
 """
 
 from __future__ import annotations
@@ -15,14 +15,16 @@ import numpy as np
 
 from ...checks import link_number, number_within
 from ...errors import ParameterError
+from ...numerics.curves import Curve, evaluate
 from ...numerics.kernel import kernel
 from ...path.pulls import FORCE, ON_LINK, POINT, PULL_COLUMNS
 from ..jacobian import ON_LINK_AS_TORQUE, add_generalized
 from .expressions import Program, program, run
 from .on_coordinates import LARGEST
 
-# Columns of their table: both links and frames on them, K, C, the first of six programs or -1.
-LINKS, POSES, STIFFNESS, DAMPING, PROGRAM, COLUMNS = 0, 2, 26, 32, 38, 39
+# Columns of their table: both links and frames on them, K, C, the first of six programs or -1, and
+# of six curves or -1.
+LINKS, POSES, STIFFNESS, DAMPING, PROGRAM, CURVE, COLUMNS = 0, 2, 26, 32, 38, 39, 40
 VARIABLES = "theta_x", "theta_y", "theta_z", "delta_x", "delta_y", "delta_z"
 
 
@@ -41,11 +43,13 @@ class Bushing:
         K, C: three of angles [N m/rad, N m s/rad], three of positions [N/m, N s/m].
     formulas : six str, optional
         Moments [N m] and forces [N] in place of K x, of theta_x ... delta_z; as in `expressions`.
+    curves : six Curve, optional
+        The same, each of its own angle [rad] or position [m].
 
     Raises
     ------
     ParameterError
-        A number is not finite, or a formula is none.
+        A number is not finite, a formula or curve is none, or there are both.
     """
 
     name: str
@@ -55,6 +59,7 @@ class Bushing:
     stiffness: Sequence[float] = (0.0,) * 6
     damping: Sequence[float] = (0.0,) * 6
     formulas: Sequence[str] = ()
+    curves: Sequence[Curve] = ()
 
     def __post_init__(self) -> None:
         what = f"bushing '{self.name}'"
@@ -66,8 +71,11 @@ class Bushing:
                 raise ParameterError(f"{what}: {name} is six numbers, got {len(given)}")
             for value in given:
                 number_within(f"{what}: {name}", value, -LARGEST, LARGEST)
-        if len(self.formulas) not in (0, len(VARIABLES)):
-            raise ParameterError(f"{what}: formulas are six, got {len(self.formulas)}")
+        for name in ("formulas", "curves"):
+            if len(getattr(self, name)) not in (0, len(VARIABLES)):
+                raise ParameterError(f"{what}: {name} are six, got {len(getattr(self, name))}")
+        if self.curves and (self.formulas or not all(isinstance(c, Curve) for c in self.curves)):
+            raise ParameterError(f"{what}: curves are Curve objects without formulas beside them")
         _ = self.programs
 
     @property
@@ -76,14 +84,15 @@ class Bushing:
         return [program(formula, VARIABLES) for formula in self.formulas]
 
 
-def bushing_row(force: Bushing, number: int) -> np.ndarray:
-    """A bushing's row, with the number of its first program."""
+def bushing_row(force: Bushing, program: int, curve: int) -> np.ndarray:
+    """A bushing's row, with the numbers of its first program and curve."""
     row = np.zeros(COLUMNS)
     row[LINKS:POSES] = force.links
     frames = [np.asarray(frame, dtype=float) for frame in force.frames]
     row[POSES:STIFFNESS] = np.concatenate([np.r_[H[:3, :3].ravel(), H[:3, 3]] for H in frames])
     row[STIFFNESS:DAMPING], row[DAMPING:PROGRAM] = force.stiffness, force.damping
-    row[PROGRAM] = number if force.formulas else -1.0
+    row[PROGRAM] = program if force.formulas else -1.0
+    row[CURVE] = curve if force.curves else -1.0
     return row
 
 
@@ -118,7 +127,7 @@ def add_to_both(joints, parents, p, axes, kind, links, values, Q):
 
 
 @kernel(allocates=True)
-def add_bushing(joints, parents, R, p, axes, row, programs, v, stack, Q):
+def add_bushing(joints, parents, R, p, axes, row, curves, programs, v, stack, Q):
     """Add a bushing's generalized forces to Q (N,), at the speeds v (N,) of the tree."""
     n = v.size
     links = row[LINKS:POSES]
@@ -154,6 +163,8 @@ def add_bushing(joints, parents, R, p, axes, row, programs, v, stack, Q):
         f = row[STIFFNESS + k] * x[k]
         if row[PROGRAM] >= 0.0:
             f = run(programs, int(row[PROGRAM]) + k, x, stack)
+        elif row[CURVE] >= 0.0:
+            f = evaluate(curves, int(row[CURVE]) + k, x[k])[0]
         f += row[DAMPING + k] * rate
         for j in range(n):
             Q[j] -= f * rows[k, j]

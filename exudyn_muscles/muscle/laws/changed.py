@@ -10,7 +10,7 @@ from .law import HillCurves, MuscleLaw
 NOTHING = Curve.line(0.0, 0.0)
 SAME = (
     "fiber_damping", "tendon_strain_at_one_norm_force", "shortest_fiber",
-    "speed_without_activation", "force_velocity_form",
+    "speed_without_activation", "force_velocity_form", "velocity_along_tendon",
 )  # fmt: skip
 
 

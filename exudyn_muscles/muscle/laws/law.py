@@ -63,6 +63,8 @@ class MuscleLaw(ABC):
     force_velocity_form : tuple of (int, float, float)
         Which formula of `muscle/force_velocity.py` relates force and velocity, af and flen of it.
         With one, the damper is part of it, and the curve is what the fibre does without.
+    velocity_along_tendon : bool
+        Of a rigid tendon: the velocity of f_v is that of the whole unit, whatever its pennation.
     """
 
     fiber_damping: float = 0.0
@@ -70,6 +72,7 @@ class MuscleLaw(ABC):
     shortest_fiber: float = 0.0
     speed_without_activation: float = 1.0
     force_velocity_form: tuple[int, float, float] = (CURVES, 0.0, 0.0)
+    velocity_along_tendon: bool = False
 
     @property
     def bears_no_activation(self) -> bool:

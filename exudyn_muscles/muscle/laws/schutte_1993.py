@@ -7,18 +7,15 @@ stimulation-induced leg cycle ergometry", IEEE Transactions on Rehabilitation En
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ...errors import ParameterError
-from ...numerics.curves import COEFFICIENTS, END, ORIGIN, Curve
-from ...numerics.splines import simm_spline
+from ...numerics.curves import Curve
+from ...numerics.splines import Points, checked_points, simm_spline, spline_breaks
 from ..force_velocity import SCHUTTE, K, M, S
 from .law import HillCurves, MuscleLaw
-
-Points = tuple[tuple[float, ...], tuple[float, ...]]
 
 LONGEST = 3.0  # farther end of the fibre's curves [optimal fibre lengths]
 LONGEST_TENDON = 1.0  # farther end of the tendon's curve [strain]
@@ -79,14 +76,7 @@ class Schutte1993(MuscleLaw):
         for name in ("active_force_length", "passive_force_length", "tendon_force_length"):
             points = getattr(self, name)
             if points is not None:
-                try:
-                    x, y = (tuple(float(number) for number in row) for row in points)
-                except (TypeError, ValueError):
-                    raise ParameterError(
-                        f"Schutte1993: {name} is a pair (x, y) of points, got {points!r}"
-                    ) from None
-                object.__setattr__(self, name, (x, y))
-                self._spline(name)
+                object.__setattr__(self, name, checked_points(f"Schutte1993: {name}", points))
         tendon = self._spline("tendon_force_length")
         start, end = tendon([0.0, LONGEST_TENDON])
         if abs(start) > TAUT or end < 1.0:
@@ -112,13 +102,13 @@ class Schutte1993(MuscleLaw):
         return HillCurves(
             Curve(
                 lambda x: np.maximum(active(x), 0.0),
-                _breaks(active, (0.0, LONGEST), _roots(active)),
+                spline_breaks(active, (0.0, LONGEST), [0.0]),
                 (0.0, 0.0),
             ),
             Curve(multiplier, (-1.0, 0.0, FASTEST)),
             Curve(velocity, (0.0, 1.0, most)),
             self._passive(),
-            Curve(tendon, _breaks(tendon, taut), (0.0, None)),
+            Curve(tendon, spline_breaks(tendon, taut), (0.0, None)),
         )
 
     def _passive(self) -> Curve:
@@ -126,27 +116,7 @@ class Schutte1993(MuscleLaw):
         if self.passive_force_length is None:
             return Curve(lambda x: np.exp(8.0 * (x - 1.0) - 4.0), ends)
         passive = self._spline("passive_force_length")
-        return Curve(passive, _breaks(passive, ends))
+        return Curve(passive, spline_breaks(passive, ends))
 
     def _spline(self, name: str) -> Curve:
-        try:
-            return simm_spline(*getattr(self, name))
-        except ParameterError as error:
-            raise ParameterError(f"Schutte1993: {name}: {error}") from None
-
-
-def _breaks(spline: Curve, ends: tuple[float, float], more: Sequence[float] = ()) -> list[float]:
-    """Where a spline is not smooth between `ends`, which belong to it."""
-    places = np.unique([*spline.pieces[1:, ORIGIN], *more])
-    return [ends[0], *places[(places > ends[0]) & (places < ends[1])].tolist(), ends[1]]
-
-
-def _roots(spline: Curve) -> list[float]:
-    """Where a spline changes its sign between its points."""
-    found = []
-    for piece in spline.pieces[1:-1]:
-        for root in np.roots(np.trim_zeros(piece[COEFFICIENTS][::-1], "f")):
-            place = piece[ORIGIN] + root.real
-            if root.imag == 0.0 and piece[ORIGIN] < place < piece[END]:
-                found.append(float(place))
-    return found
+        return simm_spline(*getattr(self, name))

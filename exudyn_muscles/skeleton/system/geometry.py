@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import WrappingError
-from ...forces.actuators import COLUMNS, ActuatorTable, actuator_pulls
+from ...forces.actuator_table import COLUMNS, ActuatorTable, actuator_pulls
 from ...forces.jacobian import generalized_by_frames
 from ...numerics.curves import PackedCurves
 from ...numerics.kernel import kernel
@@ -89,6 +89,7 @@ def compile_loads(
     tension = None
     if actuators is not None and actuators.names:
         tension, along = compile_loads(actuators.paths, actuators.names), m + actuators.along
+        signs = actuators.signs[:, None]
 
     def of_pose(pose: Pose) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         _, x_t, (_, starts, indices, _), frames, z, T = pose
@@ -102,7 +103,7 @@ def compile_loads(
         if len(rows):
             actuator_loads(starts, indices, *frames, T, rows, loads[m:])
         if tension is not None:
-            loads[along] = tension(pose)[2]
+            loads[along] = signs * tension(pose)[2]
         return l, l_t, loads
 
     return of_pose

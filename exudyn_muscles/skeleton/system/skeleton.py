@@ -11,7 +11,7 @@ import exudyn as exu
 import numpy as np
 
 from ...errors import ModelError, ParameterError
-from ...forces.actuators import ActuatorTable
+from ...forces.actuator_table import ActuatorTable
 from ...path.paths import Paths
 from ..ahead import Rule
 from ..base import ExudynSkeleton
