@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .errors import ParameterError
-from .forces.actuators import Reserve, actuator_table
+from .forces.actuator_table import actuator_table
+from .forces.actuators import Reserve
 from .model import MusculoskeletalModel
 from .skeleton.joints import Balance, JointLoads
 from .skeleton.skeleton import Skeleton

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..forces.actuators import AGAINST, COORDINATE, FRAME, KIND, ON, POINT_FRAME, ActuatorTable
+from ..forces.actuator_table import AGAINST, COORDINATE, FRAME, KIND, ON, POINT_FRAME, ActuatorTable
 from ..path.functions import FACTOR_COORDINATE
 from ..path.paths import COORDINATE as RULE_COORDINATE
 from ..path.paths import Paths

@@ -20,7 +20,7 @@ import exudyn as exu
 import numpy as np
 
 from ..errors import ModelError, ParameterError
-from ..forces.actuators import ActuatorTable
+from ..forces.actuator_table import ActuatorTable
 from ..path.frames import GROUND
 from ..path.paths import Paths
 from .closed import Closed
