@@ -90,7 +90,8 @@ class JointLoad:
             )
 
         def problem(demand: Demand) -> ScaledProblem:
-            constant, by_forces = force_at(*demand.place, demand.t)
+            q, v = demand.place
+            constant, by_forces = force_at(q, v, demand.t)
             return JointLoadProblem(demand, constant / self.force, by_forces / self.force)
 
         return problem
