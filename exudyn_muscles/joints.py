@@ -125,7 +125,7 @@ def joint_force(
     Returns
     -------
     callable
-        q, q' (n,), t -> R_0 (3,) [N], L (3, m + r), so that the force on the joint's child in
+        q, q' (n,), t -> R_0 (3,) [N] and L (3, m + r), with which the force on the joint's child in
         ground is R_0 + L F, with the accelerations that follow from F.
 
     Raises

@@ -223,13 +223,13 @@ class CMCPlugin(UnifiedPlugin):
         Q_m = ahead.M @ a_cmc + ahead.bias  # (14) with the sign of (6)
         opened = muscles.open(state.a, state.l_t, state.geometry, t_0, t_1)
         reached = muscles.reach(opened, self.model.geometry(*ahead.place))
-        recruited = muscles.recruit(reached, Q_m)
+        recruited = muscles.recruit(reached, Q_m, ahead.place)
         excited = muscles.tried(recruited)
         if self.settings.prediction is Prediction.BY_STIFFNESS:
             expected = tracking.expected_error(t_1, t_0, q, v)
             against = self._torque_against(expected, ahead, a_cmc, recruited, excited)
             if against is not None:
-                recruited = muscles.recruit(reached, Q_m + against)
+                recruited = muscles.recruit(reached, Q_m + against, ahead.place)
                 excited = muscles.tried(recruited)
         muscles.check(recruited)
         state.held, state.window_end = excited.window.excitation, t_1

@@ -95,4 +95,4 @@ class CoupledScheme(ABC, Generic[S]):
     def serve(self, state: S, Q_m: np.ndarray, there: Dynamics) -> Recruited:
         """The forces that serve `Q_m` (n,) best where the step ends."""
         reached = state.muscles.reach(state.opened, self.model.geometry(*there.place))
-        return state.muscles.recruit(reached, Q_m)
+        return state.muscles.recruit(reached, Q_m, there.place)

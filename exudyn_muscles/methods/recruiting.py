@@ -130,8 +130,9 @@ class MuscleOptimization:
         self._cheaper = _cheaper(settings.weights, model.muscles)
         self._optimal = np.array([actuator.optimal_force for actuator in model.reserves])
 
-    def start(self, geometry: Geometry, Q_m: np.ndarray, t: float) -> Started:
-        """The steady state at the time `t` that serves `Q_m` (n,) best.
+    def start(self, geometry: Geometry, Q_m: np.ndarray, t: float, place: tuple) -> Started:
+        """The steady state at the time `t` that serves `Q_m` (n,) best, where the geometry is that
+        of a `place`.
 
         Raises
         ------
@@ -141,7 +142,7 @@ class MuscleOptimization:
         muscles, (u, ideal) = self._model.muscles, self._limits.at(t)
         l, v = geometry.length, geometry.lengthening_speed
         low, high = steady_bounds(muscles, u, l, v)
-        recruitment = self._optimize(geometry, Q_m, Within(low, high, u, u, ideal), t)
+        recruitment = self._optimize(geometry, Q_m, Within(low, high, u, u, ideal), t, place)
         self._check_met(recruitment, t)
         force, reserve = self._split(recruitment.force)
         a, l_t = steady_state(muscles, u, force, l, v)
@@ -161,11 +162,12 @@ class MuscleOptimization:
         self._counts.window_integrations = self.windows.tally[0]
         return Reached(opened, geometry, reach)
 
-    def recruit(self, reached: Reached, Q_m: np.ndarray) -> Recruited:
-        """The forces at the window's end for the torques `Q_m` (n,)."""
+    def recruit(self, reached: Reached, Q_m: np.ndarray, place: tuple) -> Recruited:
+        """The forces at the window's end for the torques `Q_m` (n,), where the geometry is that of
+        a `place`."""
         (window, ideal, end), geometry, reach = reached
         within = Within(reach.low, reach.high, window.u, reach.ends[0], ideal)
-        found = self._optimize(geometry, Q_m, within, end)
+        found = self._optimize(geometry, Q_m, within, end, place)
         return Recruited(reached, Q_m, found)
 
     def excite(self, recruited: Recruited, at: Reached | None = None) -> Excited:
@@ -207,7 +209,7 @@ class MuscleOptimization:
         return forces[:m], forces[m:]
 
     def _optimize(
-        self, geometry: Geometry, Q_m: np.ndarray, within: Within, t: float
+        self, geometry: Geometry, Q_m: np.ndarray, within: Within, t: float, place: tuple
     ) -> Recruitment:
         low, high, excitation, activation, ideal = within
         given = self._settings.normalizer(self._model.muscles, high, geometry)
@@ -226,7 +228,6 @@ class MuscleOptimization:
             r = np.vstack([r, geometry.columns.T])
             low, high = np.concatenate((low, ideal[0])), np.concatenate((high, ideal[1]))
             N = np.concatenate((N, self._optimal))
-        place = geometry.place
         found = self._recruiter.solve(
             Demand(r, Q_m, low, high, N, t, excitation, activation, self._cheaper, place)
         )

@@ -139,13 +139,13 @@ def static_optimization(
                 geometry = model.geometry(*place)
                 Q_m = M @ a_d[n] + bias  # (6)
                 if last is None:
-                    start = muscles.start(geometry, Q_m, t)
+                    start = muscles.start(geometry, Q_m, t, place)
                     record.begin(t, start.reserve, start.unmet)
                     a, l_t, reserve = start[:3]
                     torque, window = model.torque(geometry, a, l_t, reserve), None
                 else:
                     opened = muscles.open(a, l_t, last, times[n - 1], t)
-                    recruited = muscles.recruit(muscles.reach(opened, geometry), Q_m)
+                    recruited = muscles.recruit(muscles.reach(opened, geometry), Q_m, place)
                     a, l_t, reserve, window = muscles.excite(recruited)
                     torque = recruited.recruitment.torque
                     counts.steps += 1

@@ -70,7 +70,8 @@ def start_tracking(
     is the state's from now on; opens the record."""
     there = model.skeleton.dynamics_at(q, v, t)
     state.geometry = model.geometry(*there.place)
-    start = state.muscles.start(state.geometry, state.tracking.demand(t, there), t)
+    Q_m = state.tracking.demand(t, there)
+    start = state.muscles.start(state.geometry, Q_m, t, there.place)
     off = np.abs(q - state.middle)
     state.widest = np.maximum(state.widest, off + ABSURD)
     state.record.begin(t, start.reserve, start.unmet)

@@ -90,7 +90,7 @@ class JointLoad:
             )
 
         def problem(demand: Demand) -> ScaledProblem:
-            q, v = demand.place
+            q, v, *_ = demand.place
             constant, by_forces = force_at(q, v, demand.t)
             return JointLoadProblem(demand, constant / self.force, by_forces / self.force)
 
