@@ -424,6 +424,36 @@ def test_a_users_own_forces_are_part_of_it():
     np.testing.assert_allclose(torque[2], 2.0 - 7.0 * 0.4, rtol=0, atol=1e-10)
 
 
+def test_a_cable_bears_as_exudyns_spring_does():
+    """An ideal tension along a path, and the same force between the same points."""
+    here, there = [0.1, -0.2, 0.05], [0.3, 0.1, 0.2]
+
+    def tied(mbs, tree):
+        ground = mbs.AddMarker(
+            MarkerBodyPosition(bodyNumber=mbs.CreateGround(), localPosition=there)
+        )
+        link = mbs.AddMarker(
+            MarkerKinematicTreeRigid(objectNumber=tree, linkNumber=0, localPosition=here)
+        )
+        mbs.AddObject(
+            SpringDamper(
+                markerNumbers=[ground, link], referenceLength=1.0, stiffness=0.0, force=30.0
+            )
+        )
+
+    path = [em.PathPoint(there), em.PathPoint(here, link=0)]
+    cable = em.PathActuator("cable", path=path, optimal_force=1.0)
+    found = []
+    for model, f in (
+        (swing(tied), np.empty((1, 0))),
+        (swing(lambda mbs, tree: None).replace(reserves=[cable]), np.array([[30.0]])),
+    ):
+        at = [0.0], np.array([[0.4]]), np.array([[1.3]]), np.empty((1, 0))
+        found.append(written(model, *at, f)[1])
+    assert np.abs(found[0]).max() > 20.0
+    np.testing.assert_allclose(*found, rtol=0, atol=1e-10)
+
+
 def test_forces_of_user_functions_are_missed():
     """What PreStep sets in a run nobody knows after it."""
 
