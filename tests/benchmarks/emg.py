@@ -3,7 +3,8 @@
 
     python -m tests.benchmarks.emg
 
-from the repository's root; its files are in `../shared`. Asserts nothing, and nothing is tuned.
+from the repository's root; its files are in `../shared`. Asserts nothing, and nothing is tuned;
+the last two criteria know the EMG up to a scale for each muscle.
 """
 
 import sys
@@ -37,12 +38,21 @@ OUT_OF_PLANE = ("pelvis", "lumbar", "hip_adduction", "hip_rotation")
 STRONG, WEAK = 50.0, 5.0
 
 
-def criteria():
+def criteria(model, motion, emg):
     """Settings by the name of what is least."""
     for normalizer in (em.MaximumIsometricForce(), em.ReachableMaximum(), em.RigidTendonForce()):
         yield f"squares over {type(normalizer).__name__}", {"normalizer": normalizer}
-    for exponent in (3.0, 5.0):
+    for exponent in (3.0, 5.0, 10.0):
         yield f"power {exponent:g}", {"criterion": em.PoweredForces(exponent)}
+    for exponent in (2.0, 3.0):
+        yield f"activations, power {exponent:g}", {"criterion": em.PoweredActivations(exponent)}
+    yield "largest force", {"criterion": em.MinMax()}
+    yield "largest activation", {"criterion": em.MinMax(em.Quantity.ACTIVATION)}
+    weights = em.volume_weights(model.muscles)
+    yield "activations, volumes", {"criterion": em.PoweredActivations(), "weights": weights}
+    for weight in (1.0, 10.0):
+        scaled = analysis.fit_emg_scales(model, motion, emg, SAME, weight=weight)
+        yield f"EMG followed, weight {weight:g}", {"criterion": scaled.criterion}
 
 
 def walk():
@@ -72,7 +82,7 @@ def main():
     print("| criterion | CPU s | " + " | ".join(SAME.values()) + " | mean |")
     print("|---|---|" + "---|" * (len(SAME) + 1))
     em.static_optimization(model, motion)  # compiles kernels
-    for name, options in criteria():
+    for name, options in criteria(model, motion, emg):
         start = time.process_time()
         result = em.static_optimization(model, motion, settings=em.StaticSettings(**options))
         cpu = time.process_time() - start
