@@ -3,7 +3,7 @@
 from importlib.metadata import version
 from typing import Any
 
-from . import analysis, opensim, operators, plot, storage, view
+from . import analysis, opensim, operators, plot, storage, studies, view
 from .errors import (
     DisplayError,
     ExudynMusclesError,
@@ -26,6 +26,7 @@ from .errors import (
     StartWarning,
     StorageError,
     StorageWarning,
+    StudyError,
     TrackingWarning,
     UnmetTorqueError,
     UnmetTorqueWarning,
@@ -179,6 +180,7 @@ __all__ = [
     "Storage",
     "StorageError",
     "StorageWarning",
+    "StudyError",
     "Thelen2003",
     "Thelen2003Deprecated",
     "TorqueActuator",
@@ -212,6 +214,7 @@ __all__ = [
     "simm_spline",
     "static_optimization",
     "storage",
+    "studies",
     "tendon_length",
     "view",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import get_args
+from typing import NoReturn, SupportsIndex, get_args
 
 import exudyn as exu
 import numpy as np
@@ -150,6 +150,14 @@ class MusculoskeletalModel:
                     f"muscle '{name}' crosses no coordinate: all its path points are on one link",
                     PathWarning,
                 )
+
+    def __reduce_ex__(self, protocol: SupportsIndex) -> NoReturn:
+        """Raise ModelError: Exudyn's systems exist in their process alone."""
+        raise ModelError(
+            "a MusculoskeletalModel holds an Exudyn system, which cannot be pickled or copied: hand "
+            "over what builds it, such as exudyn_muscles.studies.Builder(function), or "
+            "studies.SystemDescription.of(model, motion)"
+        )
 
     def replace(
         self,

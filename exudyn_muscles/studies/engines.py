@@ -1,0 +1,148 @@
+"""Engines that exist: processes of this machine by joblib's loky, or a cluster by dask."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, wait
+from concurrent.futures.process import BrokenProcessPool
+from typing import TYPE_CHECKING, Any
+
+from ..errors import StudyError
+from ..results.trajectory import Trajectory
+from .compute import compute
+from .study import Row, Run
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+Done = tuple[Row, Trajectory | None]
+Engine = Any  # int, str or Client, which is not imported here
+
+# What a process has before NumPy is imported, so that it makes no threads of its own.
+ENVIRONMENT = dict.fromkeys(
+    ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+AHEAD = 2  # runs that wait for each process
+
+
+def done(runs: Sequence[Run], engine: Engine) -> Iterator[Done]:
+    """Rows in the order in which they become known.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+    engine : int, str or distributed.Client
+        Number of processes, of which one is this one; or a dask scheduler's address, or a client of
+        it.
+
+    Raises
+    ------
+    StudyError
+        There is no such engine, or its scheduler is lost.
+    """
+    if isinstance(engine, str):
+        yield from _by_address(runs, engine)
+    elif isinstance(engine, int) and not isinstance(engine, bool) and engine >= 1:
+        yield from map(compute, runs) if engine == 1 else _by_processes(runs, engine)
+    elif hasattr(engine, "submit") and hasattr(engine, "scheduler_info"):
+        yield from _by_client(runs, engine)
+    else:
+        raise StudyError(
+            f"engine = {engine!r}: expected a number of processes, the address of a dask scheduler "
+            "or a client of it"
+        )
+
+
+def _by_processes(runs: Sequence[Run], processes: int) -> Iterator[Done]:
+    """A process that dies takes the runs of the others with it. They are made once more, one at a
+    time, so that it is known which one it was."""
+    waiting, suspects = deque(runs), deque[Run]()
+    while waiting or suspects:
+        alone = bool(suspects)
+        at_once = suspects if alone else waiting
+        pool = _pool(1 if alone else processes)
+        try:
+            suspects = deque(
+                (yield from _by_pool(pool, at_once, 1 if alone else AHEAD * processes))
+            )
+        finally:
+            pool.shutdown(wait=True, kill_workers=True)
+        if alone and suspects:
+            guilty = suspects.popleft()
+            yield _died(guilty, "the process of this run died"), None
+            suspects.extend(at_once)
+
+
+def _by_pool(pool: Any, waiting: deque[Run], most: int) -> Any:
+    """Yield rows until there are no more runs or a process dies; the runs that were open then."""
+    open_runs: dict[Any, Run] = {}
+    while waiting or open_runs:
+        while waiting and len(open_runs) < most:
+            try:
+                future = pool.submit(compute, waiting[0])
+            except BrokenProcessPool:
+                break
+            open_runs[future] = waiting.popleft()
+        finished, _ = wait(open_runs, return_when=FIRST_COMPLETED)
+        broken = []
+        for future in finished:
+            if isinstance(future.exception(), BrokenProcessPool):
+                broken.append(open_runs[future])
+                continue
+            yield _taken(future.result, open_runs.pop(future))
+        if broken:
+            return list(open_runs.values())
+    return []
+
+
+def _pool(processes: int) -> Any:
+    from joblib.externals.loky import get_reusable_executor
+
+    return get_reusable_executor(processes, reuse=False, env=ENVIRONMENT, kill_workers=True)
+
+
+def _by_address(runs: Sequence[Run], address: str) -> Iterator[Done]:
+    from distributed import Client
+
+    try:
+        client = Client(address, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise StudyError(f"engine '{address}': no dask scheduler answers ({error})") from error
+    with client:
+        yield from _by_client(runs, client)
+
+
+def _by_client(runs: Sequence[Run], client: Client) -> Iterator[Done]:
+    from distributed import CancelledError, KilledWorker, as_completed
+
+    futures = client.map(compute, list(runs), pure=False, retries=0)
+    open_runs = dict(zip(futures, runs, strict=True))
+    try:
+        for future in as_completed(futures):
+            run = open_runs.pop(future)
+            error = future.exception() if future.status == "error" else None
+            if future.cancelled() or future.status == "lost":
+                raise CancelledError(future.key)
+            if isinstance(error, KilledWorker):
+                yield _died(run, f"the worker of this run died ({error})"), None
+            else:
+                yield _taken(future.result, run)
+    except (CancelledError, OSError) as error:
+        raise StudyError(f"the dask scheduler is lost: {type(error).__name__}: {error}") from error
+    finally:
+        client.cancel(list(open_runs))
+
+
+def _taken(result: Callable[[], Done], run: Run) -> Done:
+    """The result; what failed on the way, as where a function cannot be imported, is in the row."""
+    try:
+        return result()
+    except Exception as error:
+        text = f"{type(error).__name__}: {error}"
+        return Row(run.number, "failed", (math.nan,) * len(run.outcomes), text), None
+
+
+def _died(run: Run, message: str) -> Row:
+    return Row(run.number, "died", (math.nan,) * len(run.outcomes), message)
