@@ -154,8 +154,8 @@ class MusculoskeletalModel:
     def __reduce_ex__(self, protocol: SupportsIndex) -> NoReturn:
         """Raise ModelError: Exudyn's systems exist in their process alone."""
         raise ModelError(
-            "a MusculoskeletalModel holds an Exudyn system, which cannot be pickled or copied: hand "
-            "over what builds it, such as exudyn_muscles.studies.Builder(function), or "
+            "a MusculoskeletalModel holds an Exudyn system, which cannot be pickled or copied: "
+            "hand over what builds it, such as exudyn_muscles.studies.Builder(function), or "
             "studies.SystemDescription.of(model, motion)"
         )
 

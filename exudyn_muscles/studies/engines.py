@@ -25,6 +25,7 @@ ENVIRONMENT = dict.fromkeys(
     ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
 AHEAD = 2  # runs that wait for each process
+AT_LEAST = 100  # of a cluster, which may still grow
 
 
 def done(runs: Sequence[Run], engine: Engine) -> Iterator[Done]:
@@ -115,31 +116,38 @@ def _by_address(runs: Sequence[Run], address: str) -> Iterator[Done]:
 
 
 def _by_client(runs: Sequence[Run], client: Client) -> Iterator[Done]:
+    """dask gives a run whose workers die to others, some times, and tells of it then."""
     from distributed import CancelledError, KilledWorker, as_completed
+    from distributed.comm import CommClosedError
 
-    futures = client.map(compute, list(runs), pure=False, retries=0)
-    open_runs = dict(zip(futures, runs, strict=True))
+    waiting, open_runs, finished = deque(runs), dict[Any, Run](), as_completed(loop=client.loop)
+    most = max(AT_LEAST, AHEAD * sum(client.nthreads().values()))
     try:
-        for future in as_completed(futures):
-            run = open_runs.pop(future)
-            error = future.exception() if future.status == "error" else None
-            if future.cancelled() or future.status == "lost":
-                raise CancelledError(future.key)
-            if isinstance(error, KilledWorker):
-                yield _died(run, f"the worker of this run died ({error})"), None
-            else:
-                yield _taken(future.result, run)
-    except (CancelledError, OSError) as error:
-        raise StudyError(f"the dask scheduler is lost: {type(error).__name__}: {error}") from error
+        while waiting or open_runs:
+            while waiting and len(open_runs) < most and client.status == "running":
+                future = client.submit(compute, waiting[0], pure=False)
+                finished.add(future)
+                open_runs[future] = waiting.popleft()
+            future = next(finished)
+            try:
+                row = _taken(future.result, open_runs[future])
+            except KilledWorker as error:
+                row = _died(open_runs[future], f"the worker of this run died ({error})"), None
+            del open_runs[future]  # and its result on the worker
+            yield row
+    except (CancelledError, CommClosedError, TimeoutError, StopIteration) as error:
+        raise StudyError(f"the dask scheduler is lost ({type(error).__name__}: {error})") from error
     finally:
-        client.cancel(list(open_runs))
+        if client.status == "running":
+            client.cancel(list(open_runs))
 
 
 def _taken(result: Callable[[], Done], run: Run) -> Done:
-    """The result; what failed on the way, as where a function cannot be imported, is in the row."""
+    """The result; where a worker could not even begin, as it cannot import what it needs, a row
+    that says so."""
     try:
         return result()
-    except Exception as error:
+    except (ImportError, AttributeError) as error:
         text = f"{type(error).__name__}: {error}"
         return Row(run.number, "failed", (math.nan,) * len(run.outcomes), text), None
 

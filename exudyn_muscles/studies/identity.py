@@ -17,7 +17,7 @@ XML = (".xml", ".osim")
 
 
 def digest(value: Any) -> str:
-    """Of numbers, texts, arrays, mappings, sequences, functions, and objects by their attributes."""
+    """Of numbers, texts, arrays, mappings, sequences, functions; objects by their attributes."""
     return sha256("\n".join(_parts(value, ())).encode()).hexdigest()
 
 

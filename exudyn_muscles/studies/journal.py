@@ -11,8 +11,9 @@ import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
+from io import FileIO
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from ..errors import StudyError
 from .study import Row
@@ -30,7 +31,7 @@ class Journal:
         By their number, those of before.
     """
 
-    def __init__(self, stream: BinaryIO, rows: dict[int, Row]) -> None:
+    def __init__(self, stream: FileIO, rows: dict[int, Row]) -> None:
         self.rows = rows
         self._stream = stream
 
@@ -67,7 +68,7 @@ def open_journal(folder: Path, identity: Mapping[str, Any]) -> Iterator[Journal]
     except Timeout:
         raise StudyError(f"{folder}: another process is at this study") from None
     try:
-        with open(file, "a+b") as stream:
+        with open(file, "a+b", buffering=0) as stream:
             stream.seek(0)
             lines = stream.read().split(b"\n")
             stream.truncate(sum(len(line) + 1 for line in lines[:-1]))  # without what was cut off
@@ -82,12 +83,12 @@ def open_journal(folder: Path, identity: Mapping[str, Any]) -> Iterator[Journal]
         lock.release()
 
 
-def _write(stream: BinaryIO, content: Mapping[str, Any]) -> None:
+def _write(stream: FileIO, content: Mapping[str, Any]) -> None:
     end = stream.seek(0, os.SEEK_END)
     line = json.dumps(content).encode() + b"\n"
     try:
-        stream.write(line)
-        stream.flush()
+        while line:  # on a full disk a part of it may go
+            line = line[stream.write(line) :]
         os.fsync(stream.fileno())
     except BaseException:
         with suppress(OSError):

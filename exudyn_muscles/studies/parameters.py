@@ -109,12 +109,12 @@ def _changed_muscles(
             f"{', '.join(muscle.name for muscle in muscles)}"
         )
 
-    def new(muscle: Muscle) -> float:
+    def change(muscle: Muscle) -> dict[str, Any]:
         now = muscle.tendon_strain if field.startswith("tendon_strain") else getattr(muscle, field)
-        return value * now if factor else value
+        return {field: value * now if factor else value}
 
     return [
-        replace(muscle, **{field: new(muscle)}) if is_meant else muscle
+        replace(muscle, **change(muscle)) if is_meant else muscle
         for muscle, is_meant in zip(muscles, chosen, strict=True)
     ]
 
