@@ -79,7 +79,7 @@ from .results.counts import Counts, Status
 from .results.excitations import Excitations
 from .results.trajectory import Trajectory
 from .simulation.continuing import RunPoint
-from .simulation.sensors import muscle_sensor
+from .simulation.sensors import joint_load_sensor, muscle_sensor
 from .skeleton.closures import Closure, ClosureKind, Loops
 from .skeleton.coupling import DependentCoordinate, Follower, linear_function
 from .skeleton.external_forces import add_external_force
@@ -202,6 +202,7 @@ __all__ = [
     "equilibrium",
     "forward_dynamics",
     "integrate_window",
+    "joint_load_sensor",
     "linear_function",
     "muscle_dynamics",
     "muscle_sensor",

@@ -13,8 +13,8 @@ PACKAGE = Path(exudyn_muscles.__file__).parent
 # From low to high; "" is the package itself. Rooms of one floor do not know each other.
 FLOORS = [
     "errors", "checks", "files", "numerics", "path", "muscle", "forces", "skeleton",
-    "model motion operators shapes", "recruitment", "results", "simulation", "methods",
-    "analysis opensim plot view",
+    "model motion operators shapes", "joints recruitment", "results", "simulation", "methods",
+    "analysis", "opensim plot view",
     "report storage studies", "", "cli",
 ]  # fmt: skip
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms.split() or [""]}

@@ -6,7 +6,7 @@ agreement = compare_emg(result, emg, {"soleus_r": "soleus"}, delay=0.04)
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -220,3 +220,19 @@ def _agreement(t: np.ndarray, mine: np.ndarray, measured: np.ndarray) -> Agreeme
     correlation = float(np.corrcoef(x, y)[0, 1]) if varies else np.nan
     rise = [t[np.argmax(z > ONSET)] if z[0] <= ONSET else np.nan for z in (x, y)]
     return Agreement(float(np.sqrt(np.mean((x - y) ** 2))), correlation, float(rise[0] - rise[1]))
+
+
+def measured_beside(
+    emg: EMG, measured: Mapping[str, str], muscles: Sequence[str], t: np.ndarray
+) -> dict[str, np.ndarray]:
+    """The envelopes (k,) at times `t` (k,) of `muscles` by their names, NaN where none is known.
+
+    Raises
+    ------
+    ParameterError
+        There is no such muscle or EMG.
+    """
+    for muscle in measured:
+        if muscle not in muscles:
+            raise ParameterError(f"measured: the result has no muscle '{muscle}'")
+    return {muscle: emg.at(name, t) for muscle, name in measured.items()}

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
 from ..results.trajectory import Trajectory
-from .muscles import muscle_analysis
+from .muscles import fibers_at, powers
+from .states import check_fits, geometries
 from .table import Table, tabulated
 
 
@@ -36,13 +39,15 @@ def power(model: MusculoskeletalModel, result: Trajectory) -> Table:
     ParameterError
         The trajectory is of another model.
     """
-    muscles, names = muscle_analysis(model, result), model.muscles.names
-    fiber = muscles["fiber_active_power"] + muscles["fiber_passive_power"]
-    v = result.speeds
+    check_fits(model, result)
+    each, names, v = list(geometries(model, result)), model.muscles.names, result.speeds
+    found = fibers_at(model, result, each)
+    muscles = powers(found, np.array([geometry.lengthening_speed for geometry in each]))
+    fiber = muscles["fiber_active_power"][1] + muscles["fiber_passive_power"][1]
     parts = {
         "fiber_power": ("W", names, fiber),
-        "tendon_power": ("W", names, muscles["tendon_power"]),
-        "muscle_power": ("W", names, muscles["muscle_power"]),
+        "tendon_power": ("W", names, muscles["tendon_power"][1]),
+        "muscle_power": ("W", names, muscles["muscle_power"][1]),
         "joint_power": ("W", model.coordinates, result.torques_delivered * v),
         "reserve_power": ("W", model.coordinates, result.torques_ideal * v),
     }

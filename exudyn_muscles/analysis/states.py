@@ -38,15 +38,28 @@ def geometries(
     ParameterError
         Lengths are not those of the trajectory; names the muscle.
     """
-    t, lengths = result.time[rows], result.musculotendon_lengths[rows]
+    t, numbers = result.time[rows], np.arange(result.time.size)[rows]
     q, v = result.coordinates[rows], result.speeds[rows]
     x, x_t = result.system_coordinates[rows], result.system_speeds[rows]
     for k, place in enumerate(model.skeleton.places_of(q, v, x, x_t, t)):
         geometry = model.geometry(*place)
-        off = np.abs(geometry.length - lengths[k])
-        if off.size and off.max() > SAME_LENGTH:
-            raise ParameterError(
-                f"the trajectory is of another model: at t = {t[k]:g} s the path of "
-                f"{model.muscles.names[off.argmax()]} differs by {off.max():.3g} m"
-            )
+        check_lengths(model, result, int(numbers[k]), geometry.length)
         yield geometry
+
+
+def check_lengths(
+    model: MusculoskeletalModel, result: Trajectory, k: int, length: np.ndarray
+) -> None:
+    """Raise ParameterError unless muscles are as long (m,) as at the time number `k`."""
+    off = np.abs(length - result.musculotendon_lengths[k])
+    if off.size and off.max() > SAME_LENGTH:
+        raise ParameterError(
+            f"the trajectory is of another model: at t = {result.time[k]:g} s the path of "
+            f"{model.muscles.names[off.argmax()]} differs by {off.max():.3g} m"
+        )
+
+
+def reserves_along(result: Trajectory) -> np.ndarray:
+    """Forces (T, r) of the ideal actuators, which are linear within windows."""
+    columns = [np.interp(result.time, result.window_time, row) for row in result.reserves.T]
+    return np.reshape(columns, (-1, result.time.size)).T

@@ -1,5 +1,6 @@
 """Figures of results and of muscles."""
 
+from .analyses import joint_loads
 from .fibers import muscle
 from .laws import curves
 from .trajectories import activations, comparison, excitations, forces, tracking_errors
@@ -10,6 +11,7 @@ __all__ = [
     "curves",
     "excitations",
     "forces",
+    "joint_loads",
     "muscle",
     "tracking_errors",
 ]

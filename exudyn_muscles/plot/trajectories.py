@@ -11,11 +11,13 @@ table below them tells the largest values of the others.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..analysis.emg import EMG, measured_beside
+from ..analysis.table import Table
 from ..errors import ParameterError
 from ..results.trajectory import Trajectory
 from .panels import (
@@ -92,7 +94,10 @@ def tracking_errors(
 
 
 def excitations(
-    *trajectories: Trajectory, axes: Axes | Sequence[Axes] | np.ndarray | None = None
+    *trajectories: Trajectory,
+    axes: Axes | Sequence[Axes] | np.ndarray | None = None,
+    emg: EMG | None = None,
+    measured: Mapping[str, str] | None = None,
 ) -> np.ndarray:
     """Excitations, constant over each window, one panel a muscle.
 
@@ -102,6 +107,10 @@ def excitations(
         Of the same muscles.
     axes : Axes or sequence of m Axes, optional
         Where to draw; a new figure if left out.
+    emg : EMG, optional
+        Envelopes, drawn as they are: normalized and delayed.
+    measured : mapping, optional
+        Muscle -> name of its EMG.
 
     Returns
     -------
@@ -121,6 +130,13 @@ def excitations(
         u = np.vstack([one.excitation_values, one.excitation_values[-1:]])
         for k, i in enumerate(panels.shown):
             panels.line(k, one.window_time, u[:, i], style, drawstyle="steps-post")
+    if emg is not None:
+        t = np.unique(np.concatenate([one.window_time for one in trajectories]))
+        envelopes = measured_beside(emg, measured or {}, names, t)
+        for panel, i in zip(panels.axes, panels.shown, strict=True):
+            if names[i] in envelopes:
+                band = panel.fill_between(t, envelopes[names[i]], color="0.8", linewidth=0.0)
+                panels.entry("EMG", band)
     return panels.finish("excitation [-]", bottom=0.0)
 
 
@@ -142,7 +158,10 @@ def activations(
 
 
 def forces(
-    trajectory: Trajectory, axes: Axes | Sequence[Axes] | np.ndarray | None = None
+    trajectory: Trajectory,
+    axes: Axes | Sequence[Axes] | np.ndarray | None = None,
+    *,
+    feasible: Table | None = None,
 ) -> np.ndarray:
     """Recruited tendon forces (10) between their bounds (8), (9) at the windows' ends [N].
 
@@ -151,6 +170,8 @@ def forces(
     trajectory : Trajectory
     axes : Axes or sequence of m Axes, optional
         Where to draw; a new figure if left out.
+    feasible : Table, optional
+        Of `analysis.feasible_forces`: what would have done the same.
 
     Returns
     -------
@@ -180,6 +201,12 @@ def forces(
         (line,) = panel.plot(time, recruited[:, i], color=color, linewidth=ALONE)
         panels.entry(f"{name}reachable, $F_\\mathrm{{min}}$ to $F_\\mathrm{{max}}$", band)
         panels.entry(f"{name}recruited, $F_\\mathrm{{opt}}$", line)
+        if feasible is not None:
+            muscle = trajectory.muscle_names[i]
+            for end in ("least", "largest"):
+                y = feasible[f"force_{end}/{muscle}"]
+                (line,) = panel.plot(feasible.time, y, color=color, linewidth=0.8, linestyle="--")
+            panels.entry(f"{name}would have done", line)
     shown = panels.finish("tendon force [N]", bottom=0.0)
     for panel in shown:
         panel.set_xlim(left=trajectory.window_time[0])

@@ -10,12 +10,13 @@ import numpy as np
 from ..errors import ParameterError
 from ..plot.styles import COLORS, styles
 from ..results.trajectory import Trajectory
+from .beside import Beside, Curves
 
 MOST_ROWS = 600  # of a curve; longer ones are thinned evenly
 
 
 def contents(
-    trajectories: Sequence[Trajectory], groups: Mapping[str, Sequence[str]]
+    trajectories: Sequence[Trajectory], groups: Mapping[str, Sequence[str]], beside: Beside
 ) -> dict[str, Any]:
     """Names and curves of trajectories of one model, ready for JSON."""
     first = trajectories[0]
@@ -24,18 +25,22 @@ def contents(
         "muscles": list(first.muscle_names),
         "groups": {name: list(members) for name, members in groups.items()},
         "coordinates": list(first.coordinate_names),
+        "joints": list(beside.joints),
         "angles": [unit == "rad" for unit in first.coordinate_units],
         "results": [
-            {"label": style.label, "status": one.status.name.lower(), **_curves(one)}
-            for style, one in zip(styles(trajectories), trajectories, strict=True)
+            {"label": style.label, "status": one.status.name.lower(), **_curves(one, more)}
+            for style, one, more in zip(
+                styles(trajectories), trajectories, beside.curves, strict=True
+            )
         ],
     }
 
 
-def _curves(trajectory: Trajectory) -> dict[str, Any]:
+def _curves(trajectory: Trajectory, more: Curves) -> dict[str, Any]:
     """Degrees and millimetres, N m and N."""
     points = _thinned(len(trajectory.time))
     windows = _thinned(trajectory.windows)
+    loads = _thinned(len(more.load_time))
     angles = np.array(trajectory.coordinate_units) == "rad"
     errors = trajectory.tracking_errors()[points] * np.where(angles, np.degrees(1.0), 1e3)
     return {
@@ -49,6 +54,14 @@ def _curves(trajectory: Trajectory) -> dict[str, Any]:
         "high": _columns(trajectory.force_max[windows]),
         "unmet": _columns(trajectory.torques_unmet[windows]),
         "ideal": _columns(trajectory.torques_ideal[points]),
+        "load_time": _numbers(more.load_time[loads]),
+        "loads": _columns(more.loads[loads]),
+        "least": _columns(more.least[windows]),
+        "largest": _columns(more.largest[windows]),
+        "measured": {
+            trajectory.muscle_names.index(name): _numbers(values[windows])
+            for name, values in more.measured.items()
+        },
     }
 
 

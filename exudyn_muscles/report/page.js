@@ -101,9 +101,9 @@
   // One result needs no name, several are told apart by their dashes.
   const of = (name, r) => plain(name) + (results.length > 1 ? ", " + plain(results[r].label) : "");
   const dash = (r) => dashes[r % dashes.length];
-  const lines = (quantity, time, keep) => results.flatMap((result, r) => result[quantity]
+  const lines = (quantity, time, keep, names = data.coordinates) => results.flatMap((result, r) => result[quantity]
     .map((y, j) => ({
-      x: result[time], y, name: of(data.coordinates[j], r), j,
+      x: result[time], y, name: of(names[j], r), j,
       line: { width: 1.3, color: tones[j % tones.length], dash: dash(r) },
     }))
     .filter((one) => nonzero(one.y) && keep(one.j)));
@@ -116,12 +116,16 @@
     ["excitation, activation (dotted)", ofMuscles((result, i, color, name, r) => [
       { x: result.ends, y: result.excitations[i], line: { color, width: 1.6, shape: "vh", dash: dash(r) }, name: name + ": u" },
       { x: result.time, y: result.activations[i], line: { color, width: 1.3, dash: "dot" }, name: name + ": a" },
+      ...(result.measured[i] ? [{ x: result.ends, y: result.measured[i], line: { width: 0 }, fill: "tozeroy", fillcolor: color + "28", name: name + ": EMG" }] : []),
     ])],
     ["force within its reach [N]", ofMuscles((result, i, color, name, r) => [
       { x: result.ends, y: result.low[i], line: { width: 0 }, hoverinfo: "skip" },
       { x: result.ends, y: result.high[i], line: { width: 0 }, fill: "tonexty", fillcolor: color + "28", hoverinfo: "skip" },
       { x: result.time, y: result.forces[i], line: { color, width: 1.6, dash: dash(r) }, name },
+      ...[["least", "least"], ["largest", "most"]].filter(([end]) => result[end].length).map(([end, word]) => (
+        { x: result.ends, y: result[end][i], line: { color, width: 0.8, dash: "dot" }, name: name + ": " + word + " that would have done" })),
     ])],
+    ...(data.joints.length ? [["force in joints [N]", lines("loads", "load_time", () => true, data.joints)]] : []),
     ["unmet torque [N m] or force [N]", lines("unmet", "ends", () => true)],
     ["torque of reserves [N m] or force [N]", lines("ideal", "time", () => true)],
   ];

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..analysis.emg import EMG
+from ..analysis.table import Table
 from ..errors import DisplayError, ParameterError
 from ..files.disk import write_file
 from ..model import MusculoskeletalModel
@@ -15,6 +17,7 @@ from ..results.trajectory import Trajectory
 from ..shapes.bones import checked_meshes
 from ..view.camera import FRONT
 from ..view.scene import check_belongs
+from .beside import Beside
 from .charts import check_groups, contents
 from .page import assembled
 from .scene import build
@@ -26,6 +29,10 @@ def report(
     *,
     model: MusculoskeletalModel,
     groups: Mapping[str, Sequence[str]] | None = None,
+    joint_loads: Table | Sequence[Table] = (),
+    feasible: Table | Sequence[Table] = (),
+    emg: EMG | None = None,
+    measured: Mapping[str, str] | None = None,
     meshes: Mapping[int, tuple[ArrayLike, ArrayLike] | str | Path] | None = None,
     directions: ArrayLike = FRONT,
 ) -> None:
@@ -47,6 +54,13 @@ def report(
         The model that they belong to, for its geometry.
     groups : mapping, optional
         Name -> names of muscles that can be chosen together.
+    joint_loads, feasible : Table or sequence of Table, optional
+        Of `analysis.joint_loads` and `analysis.feasible_forces` of each trajectory: sizes of the
+        forces in joints, and what would have done the same beside the forces of muscles.
+    emg : EMG, optional
+        Envelopes beside excitations, drawn as they are: normalized and delayed.
+    measured : mapping, optional
+        Muscle -> name of its EMG.
     meshes : mapping, optional
         Number of a tree's link or ObjectIndex of a body, -1 for ground -> vertices (v, 3) [m] in
         its frame and corners (t, 3) of triangles, or a file of them (`.vtp`, `.stl`, `.obj`): bones
@@ -61,7 +75,8 @@ def report(
         k3d or plotly is not installed.
     ParameterError
         A trajectory is empty or not one of this model, a group names a muscle that there is not,
-        a mesh is of no segment or none, or directions are not what they should be.
+        a mesh is of no segment or none, directions are not what they should be, or a table is not
+        one for each trajectory, with its muscles.
     ModelFileError
         A file of a mesh is damaged.
     OSError
@@ -78,9 +93,10 @@ def report(
     axes = np.asarray(directions, dtype=float)
     if axes.shape != (3, 3) or not np.allclose(axes @ axes.T, np.eye(3), atol=1e-6):
         raise ParameterError("directions: expected three perpendicular unit vectors, one a row")
+    beside = Beside.of(several, joint_loads, feasible, emg, measured or {})
     try:
         scene = build(model, several, axes, own)
-        page = assembled(scene, contents(several, groups))
+        page = assembled(scene, contents(several, groups, beside))
     except ModuleNotFoundError as error:
         if error.name not in ("k3d", "plotly"):
             raise

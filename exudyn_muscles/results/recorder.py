@@ -103,6 +103,11 @@ class Recorder:
         return next((window.excitation for window in windows if window is not None), None)
 
     @property
+    def reserve(self) -> np.ndarray:
+        """Those (r,) at the last recorded time, or at the start."""
+        return self._rows[-1].reserve if self._rows else self.start[1]
+
+    @property
     def fell_short(self) -> bool:
         """Whether any torque was out of reach."""
         windows = (row.window.unmet for row in self._rows if row.window is not None)

@@ -1,4 +1,4 @@
-"""Sensors of Exudyn that show muscles."""
+"""Sensors of Exudyn that show muscles, and what joints bear."""
 
 from __future__ import annotations
 
@@ -10,10 +10,14 @@ import numpy as np
 from exudyn.itemInterface import SensorUserFunction
 
 from ..errors import ParameterError
+from ..joints import model_joints
 from ..muscle.dynamics import fiber_lengths
 from ..skeleton.assembly import assembled_anew
 from ..skeleton.hold import hold
+from ..skeleton.joints import JointFrame
 from .plugin import Plugin
+
+LOAD = 6  # components of force and torque
 
 
 def muscle_sensor(plugin: Plugin, quantity: str, muscle: str | None = None) -> exu.SensorIndex:
@@ -57,13 +61,61 @@ def muscle_sensor(plugin: Plugin, quantity: str, muscle: str | None = None) -> e
             return [np.nan] * len(names[shown])
         return QUANTITIES[quantity](plugin)[shown].tolist()
 
+    return _added(mbs, quantity if muscle is None else f"{quantity} of {muscle}", values)
+
+
+def joint_load_sensor(
+    plugin: Plugin,
+    joint: str,
+    *,
+    expressed_in: JointFrame = JointFrame.GROUND,
+    on_parent: bool = False,
+) -> exu.SensorIndex:
+    """Add a sensor to the `mbs` that stores what a joint bears as a run goes on.
+
+    It has six components, force [N] and torque [N m] about the joint's center, as
+    `analysis.joint_loads` has them from a result, and is called `load of <joint>`. NaN before a
+    run. Of a tree, loads that user functions change in a run are as they were when it was added.
+
+    Parameters
+    ----------
+    plugin : Plugin
+        Whose runs it shows.
+    joint, expressed_in, on_parent
+        As of `analysis.joint_loads`.
+
+    Returns
+    -------
+    SensorIndex
+
+    Raises
+    ------
+    ParameterError
+        There is no such joint.
+    ModelError
+        A run is attached to the `mbs`, or as `analysis.joint_loads`.
+    """
+    model, mbs = plugin.model, plugin.model.mbs
+    joints = model_joints(model, [joint])
+
+    def values(*_: Any) -> list[float]:
+        record, skeleton = plugin.state.record, model.skeleton
+        if record.reached is None:
+            return [np.nan] * LOAD
+        loads = joints.now(
+            skeleton.q, skeleton.v, mbs.systemData.GetTime(), plugin.tendon_forces, record.reserve
+        )
+        return loads.written(expressed_in, on_parent)[0, :LOAD].tolist()
+
+    return _added(mbs, f"load of {joint}", values)
+
+
+def _added(mbs: exu.MainSystem, name: str, values: Callable[..., list[float]]) -> exu.SensorIndex:
+    """A sensor with a user function, in an `mbs` that is assembled anew."""
     with hold(mbs), assembled_anew(mbs):
         return mbs.AddSensor(
             SensorUserFunction(
-                name=quantity if muscle is None else f"{quantity} of {muscle}",
-                sensorUserFunction=values,
-                storeInternal=True,
-                writeToFile=False,
+                name=name, sensorUserFunction=values, storeInternal=True, writeToFile=False
             )
         )
 

@@ -25,6 +25,7 @@ from ..errors import ModelError, ParameterError
 from .closures import LINKS, Loops, closure_equations, closure_rows
 from .coupling import DependentCoordinate
 from .dependent import Dependent
+from .renumbered import Renumbering
 from .state import State
 from .tied import Tied
 from .tree import Tree
@@ -118,6 +119,21 @@ class Closed(Tied):
         roots = np.arange(len(names)) if self._explicit is None else self._explicit.roots
         self._matters = np.isin(free, roots[_between(self._rows, tree.parents)])
         self._known: dict[str, tuple] = {}  # the last pose and basis, with where they are
+
+    # Forces.
+
+    def equations_on(self, new: Renumbering) -> np.ndarray:
+        """The closures' equations (c, COLUMNS) on a tree with other numbers."""
+        return new.on_links(self._rows, LINKS)
+
+    def multipliers(self, G: np.ndarray, missing: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """Forces in the closures (c,) that with the reactions of coordinates that follow others
+        are the torques `missing` (N,) at q (N,); of redundant closures the least ones."""
+        R = self._identity
+        if self._explicit is not None:
+            y = q[self._explicit.free]
+            R = self._explicit.follow_from(y, np.zeros(y.size), np.zeros(y.size))[1].R
+        return np.asarray(np.linalg.lstsq((G @ R).T, R.T @ missing, rcond=REDUNDANT)[0])
 
     # Poses.
 

@@ -158,6 +158,12 @@ def solved(K: np.ndarray, right: np.ndarray) -> np.ndarray | None:
     return None if failed or not np.isfinite(solution).all() else solution
 
 
+def inverse(matrix: np.ndarray) -> np.ndarray:
+    """Of a symmetric matrix."""
+    found = np.linalg.inv(matrix)
+    return 0.5 * (found + found.T)
+
+
 # Of the reciprocal condition, in the 1-norm and as LAPACK estimates it: at most this, over the size
 # of the matrix, where anything is redundant or singular by `singular.py`.
 SUSPICIOUS = 1e-9

@@ -5,7 +5,7 @@ They are the tree's `forceUserFunction`, so that Exudyn's own runs have them, an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import exudyn as exu
@@ -22,9 +22,10 @@ from ..forces.passive.along_paths import (
     tension,
 )
 from ..forces.passive.between_frames import COLUMNS as BUSHING_COLUMNS
-from ..forces.passive.between_frames import Bushing, add_bushing, bushing_row
+from ..forces.passive.between_frames import LINKS, POSES, Bushing, add_bushing, bushing_row
 from ..forces.passive.contact import COLUMNS as CONTACT_COLUMNS
-from ..forces.passive.contact import SphereContact, add_contact, contact_row
+from ..forces.passive.contact import LINKS as SPHERE_LINKS
+from ..forces.passive.contact import POSE, SphereContact, add_contact, contact_row
 from ..forces.passive.expressions import STACK, Program, Programs, pack_programs
 from ..forces.passive.on_coordinates import COLUMNS as COORDINATE_COLUMNS
 from ..forces.passive.on_coordinates import (
@@ -36,12 +37,14 @@ from ..forces.passive.on_coordinates import (
 )
 from ..numerics.curves import Curve, PackedCurves, pack
 from ..numerics.kernel import kernel
-from ..path.paths import NO_CURVE, collect_paths
+from ..path.paths import NO_CURVE, Paths, collect_paths
 from .geometry import geometry_tables, tree_geometry
 from .reading import read_tree, tree_item
-from .tree import link_frames
+from .renumbered import Renumbering
+from .tree import Tree, link_frames
 
 VARIABLES = 8  # of a program, behind its stack
+BUSHING_LINKS, CONTACT_LINKS = slice(LINKS, POSES), slice(SPHERE_LINKS, POSE)
 PassiveForce = CoordinateForce | PathForce | Bushing | SphereContact
 
 
@@ -108,49 +111,69 @@ def add_passive_forces(
     if tree_item(mbs, tree)["forceUserFunction"] != 0:
         raise ModelError(f"tree = {tree!r} has a force user function already")
     function = passive_torque(mbs, tree, forces, coordinates)
+    mbs.SetObjectParameter(tree, "forceUserFunction", function.for_exudyn)
 
-    def for_exudyn(mbs: exu.MainSystem, t: float, _: int, q: list, v: list) -> np.ndarray:
-        return function(np.array(q), np.array(v))
 
-    mbs.SetObjectParameter(tree, "forceUserFunction", for_exudyn)
+class PassiveTorque:
+    """The function (q, q') -> torques (n,) of passive forces on a tree.
+
+    When called it raises WrappingError where a path finds no way over an ellipsoid.
+    """
+
+    def __init__(
+        self, tree: Tree, tables: PassiveTables, along: Sequence[str], paths: Paths | None
+    ) -> None:
+        self._given = tables, along, paths
+        self._tree, self._n = tree.tables(), len(tree)
+        self._of_paths = None if paths is None else geometry_tables(tree, paths)
+        self._stack = np.empty(STACK + VARIABLES)
+
+    def __call__(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        (tables, along, _), n, k = self._given, self._n, len(self._given[1])
+        Q = np.zeros(n)
+        add_to_frames(*self._tree, tables, q, v, self._stack, Q)
+        if self._of_paths is not None:
+            l, l_rate, r = np.empty(k), np.empty(k), np.empty((k, n))
+            failed = tree_geometry(*self._of_paths, q, v, l, l_rate, r)
+            if failed >= 0:
+                raise WrappingError(
+                    f"force '{along[failed]}': found no way over an ellipsoid at q = {q}"
+                )
+            add_tensions(tables, l, l_rate, r, self._stack, Q)
+        return Q
+
+    def for_exudyn(self, mbs: exu.MainSystem, t: float, _: int, q: list, v: list) -> np.ndarray:
+        """The same as a user function."""
+        return self(np.array(q), np.array(v))
+
+    def on(self, tree: Tree, new: Renumbering) -> PassiveTorque:
+        """The same forces on a tree with other numbers."""
+        tables, along, paths = self._given
+        tables = tables._replace(
+            on_coordinates=new.on_coordinates(tables.on_coordinates, ON),
+            between_frames=new.on_links(tables.between_frames, BUSHING_LINKS),
+            contacts=new.on_links(tables.contacts, CONTACT_LINKS),
+        )
+        return PassiveTorque(tree, tables, along, None if paths is None else new.paths(paths))
 
 
 def passive_torque(
     mbs: exu.MainSystem, tree: int, forces: Sequence[PassiveForce], coordinates: Sequence[str]
-) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-    """The function (q, q') -> torques (n,) of `add_passive_forces`, which raises the same errors.
-
-    When called it raises WrappingError where a path finds no way over an ellipsoid.
-    """
+) -> PassiveTorque:
+    """The function of `add_passive_forces`, which raises the same errors."""
     links = read_tree(mbs, tree)
     tables, along = _tables(forces, coordinates, len(links))
-    of_tree, n, k = links.tables(), len(links), len(along)
-    stack = np.empty(STACK + VARIABLES)
+    paths, names = None, [force.name for force in along]
     if along:
         paths = collect_paths(
-            [force.name for force in along],
+            names,
             [force.path for force in along],
             [force.wraps for force in along],
-            n,
+            len(links),
             coordinates,
             kind="force",
         )
-        of_paths = geometry_tables(links, paths)
-
-    def torque(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        Q = np.zeros(n)
-        add_to_frames(*of_tree, tables, q, v, stack, Q)
-        if along:
-            l, l_rate, r = np.empty(k), np.empty(k), np.empty((k, n))
-            failed = tree_geometry(*of_paths, q, v, l, l_rate, r)
-            if failed >= 0:
-                raise WrappingError(
-                    f"force '{along[failed].name}': found no way over an ellipsoid at q = {q}"
-                )
-            add_tensions(tables, l, l_rate, r, stack, Q)
-        return Q
-
-    return torque
+    return PassiveTorque(links, tables, names, paths)
 
 
 def _tables(

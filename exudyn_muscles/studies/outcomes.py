@@ -2,7 +2,7 @@
 
 `max(tendon_forces/soleus)`, `rms(tracking_errors/knee)`, `at(activations/soleus, 0.35)` reduce a
 column of the result over time, or all columns of a quantity at once: `max(activations)`. Columns of
-analyses have the analysis before them: `max(power:joint_power/knee)`. `max_unmet_torque` and other
+analyses have the analysis before them: `max(power:joint_power/knee)`, `max(joint_forces:size/knee)`. `max_unmet_torque` and other
 numbers of a result stand for themselves.
 """
 
@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 
 from .. import analysis
+from ..analysis.joint_loads import force_sizes
+from ..analysis.table import tabulated
 from ..errors import StudyError
 from ..model import MusculoskeletalModel
 from ..results.quantities import QUANTITIES, Quantity, When
@@ -34,11 +36,23 @@ REDUCTIONS: dict[str, Callable[[np.ndarray], Any]] = {
     "absmax": lambda values: np.max(np.abs(values)),
     "last": lambda values: np.max(values[-1]),
 }
+
+
+def _joint_forces(model: MusculoskeletalModel, result: Trajectory) -> analysis.Table:
+    """Sizes of the forces in joints, `size/joint` [N]."""
+    loads = analysis.joint_loads(model, result)
+    names, sizes = force_sizes(loads)
+    return tabulated("joint forces", loads.time, {"size": ("N", names, sizes)})
+
+
 ANALYSES: dict[str, Callable[[MusculoskeletalModel, Trajectory], analysis.Table]] = {
     "muscle_analysis": analysis.muscle_analysis,
     "power": analysis.power,
     "work": lambda model, result: analysis.work(analysis.power(model, result)),
     "feasible_forces": analysis.feasible_forces,
+    "metabolic_power": analysis.metabolic_power,
+    "joint_loads": analysis.joint_loads,
+    "joint_forces": _joint_forces,
 }
 NUMBERS = ("max_unmet_torque", "max_constraint_drift")  # of a Trajectory
 AT = "at"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import exudyn as exu
 import numpy as np
@@ -28,6 +29,15 @@ NODES = {
     "Point2D": PLANE_POINT,
 }  # fmt: skip
 BODIES = ("RigidBody", "RigidBody2D", "MassPoint", "MassPoint2D")
+
+
+class MarkerCoordinates(NamedTuple):
+    """A marker, the numbers (k,) of the coordinates that move it, and whether it has an
+    orientation."""
+
+    marker: exu.MarkerIndex
+    indices: np.ndarray
+    turns: bool
 
 
 class FrameList:
@@ -93,6 +103,14 @@ class FrameList:
             self.markers.append((len(self._kinds), marker, turns))
             self._new(key, MARKER, self._coordinates_of(what, marker))
         return self._numbers[key]
+
+    def on_marker(self, what: str, number: int) -> MarkerCoordinates:
+        """What a marker is on, without making a frame of it; raises as `number`."""
+        self._item(what, number, self._mbs.GetMarker, "marker")
+        marker = exu.MarkerIndex(number)
+        return MarkerCoordinates(
+            marker, self._coordinates_of(what, marker), self._rotates(what, marker)
+        )
 
     def place_of_marker(self, what: str, number: int) -> tuple[int, np.ndarray, np.ndarray]:
         """A frame and the marker's position and axes in it; of a rigid body's marker the body's
@@ -176,10 +194,10 @@ def read_marker(
 ) -> np.ndarray:
     """A marker's current position (3,); its Jacobians are written into J (k, 6), and its
     orientation into R (3, 3) if it has one."""
-    output, item = mbs.GetMarkerOutput, mbs.ComputeItem
-    J[:, :3] = np.asarray(item(marker, exu.ComputeItemType.PositionJacobian)).T
+    output, item, shape = mbs.GetMarkerOutput, mbs.ComputeItem, (3, len(J))
+    J[:, :3] = np.reshape(item(marker, exu.ComputeItemType.PositionJacobian), shape).T
     J[:, 3:] = 0.0
     if R is not None:
         R[:] = np.reshape(output(marker, exu.OutputVariableType.RotationMatrix), (3, 3))
-        J[:, 3:] = np.asarray(item(marker, exu.ComputeItemType.RotationJacobian)).T
+        J[:, 3:] = np.reshape(item(marker, exu.ComputeItemType.RotationJacobian), shape).T
     return np.asarray(output(marker, exu.OutputVariableType.Position))

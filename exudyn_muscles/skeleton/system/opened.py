@@ -20,7 +20,7 @@ import numpy as np
 
 from ...errors import ModelError, SimulationError
 from ..ahead import TRAPEZOIDAL, Rule
-from ..constrained import ConstrainedEquations, Factors, short_time
+from ..constrained import ConstrainedEquations, Factors, inverse, short_time
 from ..contacts import Contacts
 from ..opened import Dynamics
 from ..state import State
@@ -82,12 +82,10 @@ class OpenedSystem:
         self._tables, self._R, self._p = frames.tables()
         self._markers, self._tracked = frames.markers, tracked
         self._rigid = not (frames.markers or tracked.functions)  # frames are those of bodies alone
-        self.turns = np.zeros(len(names))
+        self.turns = np.zeros(len(names)) if near is None else np.array(near, dtype=float)
         self._object, self._order = forces
         self._load = np.zeros(n)
         self._last: list = []  # x, x', t of the last `dynamics`, and its place
-        if near is not None:
-            self.turns[:] = near
         self.turns[:] = self.pose().z
         self.passive = self._directions() - len(names)
         self._poses = Poses(
@@ -206,7 +204,7 @@ class OpenedSystem:
         with self._equations.free():
             right = np.append(acting, self._equations.demanded())
         x_tt, W = self._responses(K, pose, right)
-        M = _inverse(pose.T @ W)
+        M = inverse(pose.T @ W)
         bias = -M @ (pose.T @ x_tt + self.rate(pose))
         B = W @ M
         return _at(pose, M, bias, B, K[:n, :n] @ B)
@@ -222,10 +220,20 @@ class OpenedSystem:
 
     def accelerations(self, load: np.ndarray) -> np.ndarray:
         """x'' (N,) at the current state under a further load (N,)."""
+        return self._under(load)[0][: load.size]
+
+    def constraint_forces(self, load: np.ndarray) -> np.ndarray:
+        """What every equation of the constraints does (c, N) to x under a further load (N,)."""
+        solution, K = self._under(load)
+        n = load.size
+        return -solution[n:, None] * K[n:, :n]
+
+    def _under(self, load: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """x'' with -mu behind it (N + c,) under a further load (N,), and the equations' matrix."""
         K = self._equations.matrix()
         with self._equations.free():
             right = np.append(self._acting() + load, self._equations.demanded())
-        return self._solved(K, right[:, None])[:, 0]
+        return self._factors(K).solve(right[:, None])[:, 0], K
 
     def followed(self, dx: np.ndarray, dv: np.ndarray, h: float) -> np.ndarray:
         """What of changes (2, N) of x and x' the system follows in a step h [s] of the trapezoidal
@@ -340,9 +348,3 @@ def _at(
     pose: Pose, M: np.ndarray, bias: np.ndarray, B: np.ndarray, momenta: np.ndarray
 ) -> Dynamics:
     return Dynamics(M, bias, (pose.z, pose.T @ pose.x_t, pose, B, momenta))
-
-
-def _inverse(matrix: np.ndarray) -> np.ndarray:
-    """Of a symmetric matrix."""
-    inverse = np.linalg.inv(matrix)
-    return 0.5 * (inverse + inverse.T)

@@ -27,6 +27,7 @@ from .geometry import GeometryOnAll, Pose, compile_loads
 from .load_object import force_object
 from .names import system_names
 from .opened import OpenedSystem
+from .recorded import recorded
 from .shown import frames_shown, system_graphics, system_segments
 from .tracked_rows import tracked_rows
 
@@ -69,6 +70,7 @@ class GeneralSkeleton(ExudynSkeleton):
             )
         self._frames = FrameList(mbs)
         self._forces = force_object(mbs)
+        self.tracked = dict(tracked)
         self._tracked = tracked_rows(mbs, self._frames, tracked)
         self.coordinates = self.tree_coordinates = tuple(tracked)
         self.units = self._tracked.units
@@ -102,7 +104,7 @@ class GeneralSkeleton(ExudynSkeleton):
 
     @property
     def others(self) -> int:
-        with self._apart(None) as system:
+        with self.apart(None) as system:
             return system.passive
 
     def state_of_tree(self, *state: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -120,20 +122,20 @@ class GeneralSkeleton(ExudynSkeleton):
     # The initial state.
 
     def initial_state(self) -> tuple[np.ndarray, np.ndarray]:
-        with self._apart(None) as system:
+        with self.apart(None) as system:
             pose = system.pose()
             return pose.z, pose.T @ pose.x_t
 
     def set_initial_state(self, q: np.ndarray, v: np.ndarray) -> None:
         """Set the system's initial state to the nearest one with coordinates and speeds (n,) that
         meets the constraints."""
-        with self._apart(q) as system:
+        with self.apart(q) as system:
             system.go_to(q, v, self.mbs.systemData.GetTime())
             x, x_t = (array.copy() for array in system.state.current[:2])
         self.set_initial_arrays(x, x_t)
 
     @contextmanager
-    def _apart(self, near: np.ndarray | None) -> Iterator[OpenedSystem]:
+    def apart(self, near: np.ndarray | None) -> Iterator[OpenedSystem]:
         """The system at its initial state, without a hold on it; its current state stays."""
         before = self.snapshot()
         try:
@@ -239,22 +241,20 @@ class GeneralSkeleton(ExudynSkeleton):
         return self.now.place
 
     def _place_at(self, q: np.ndarray, v: np.ndarray) -> tuple:
-        with self._apart(q) as system:
+        with self.apart(q) as system:
             system.go_to(q, v, self.mbs.systemData.GetTime())
             return system.dynamics().place
 
     def along(self, q: np.ndarray) -> Iterator[tuple]:
-        with self._apart(q[0]) as system:
+        with self.apart(q[0]) as system:
             for pose in system.rest_along(q):
                 yield (pose,)
 
     def places_of(
         self, q: np.ndarray, v: np.ndarray, x: np.ndarray, x_t: np.ndarray, t: np.ndarray
     ) -> Iterator[tuple]:
-        with self._apart(q[0]) as system:
-            for k, time in enumerate(t):
-                system.state.q[:], system.state.v[:] = x[k], x_t[k]
-                self.mbs.systemData.SetTime(time)
+        with self.apart(q[0]) as system:
+            for _ in recorded(self.mbs, system.state, x, x_t, t):
                 yield system.dynamics().place
 
     def pose(self) -> Pose:
