@@ -2,8 +2,9 @@
 
 `max(tendon_forces/soleus)`, `rms(tracking_errors/knee)`, `at(activations/soleus, 0.35)` reduce a
 column of the result over time, or all columns of a quantity at once: `max(activations)`. Columns of
-analyses have the analysis before them: `max(power:joint_power/knee)`, `max(joint_forces:size/knee)`. `max_unmet_torque` and other
-numbers of a result stand for themselves.
+analyses have the analysis before them: `max(power:joint_power/knee)`,
+`max(joint_forces:size/knee)`. `max_unmet_torque` and other numbers of a result stand for
+themselves.
 """
 
 from __future__ import annotations
