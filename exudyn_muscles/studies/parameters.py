@@ -30,10 +30,10 @@ MUSCLE_FIELDS = (*RANGES, "tendon_strain_at_one_norm_force")
 SCOPES = ("mass", "settings", "motion", "source")
 # Of a body's parameters, what is proportional to its mass.
 BODIES = {
-    "ObjectRigidBody": ("physicsMass", "physicsInertia"),
-    "ObjectRigidBody2D": ("physicsMass", "physicsInertia"),
-    "ObjectMassPoint": ("physicsMass",),
-    "ObjectMassPoint2D": ("physicsMass",),
+    "RigidBody": ("mass", "inertia"),
+    "RigidBody2D": ("mass", "inertia"),
+    "MassPoint": ("mass",),
+    "MassPoint2D": ("mass",),
 }
 
 
@@ -151,9 +151,9 @@ def _change_bodies(model: MusculoskeletalModel, body: str, value: float, factor:
     mbs, found = model.mbs, False
     for number in range(mbs.systemData.NumberOfObjects()):
         item = mbs.GetObject(exu.ObjectIndex(number))
-        proportional = BODIES.get("Object" + item["objectType"], ())
-        if proportional and fnmatchcase(item["name"], body) and item["physicsMass"] > 0.0:
-            ratio, found = value if factor else value / item["physicsMass"], True
+        proportional = BODIES.get(item["objectType"], ())
+        if proportional and fnmatchcase(item["name"], body) and item["mass"] > 0.0:
+            ratio, found = value if factor else value / item["mass"], True
             for field in proportional:
                 scaled = ratio * np.array(item[field])
                 mbs.SetObjectParameter(exu.ObjectIndex(number), field, scaled)
