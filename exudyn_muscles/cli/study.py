@@ -29,6 +29,7 @@ Morris' or Sobol's; the same line goes on where it was stopped. A STUDY.toml has
 [source]
 model = "leg.py"                          # or .osim with motion = FILE, or a set-up (.xml)
 # folder = "setups"                       # or all set-ups there, with pattern = "**/*CMC*.xml"
+# angles = "degrees"                      # of motions whose files do not say so
 [method]
 name = "csf"
 settings = {{step = 0.01}}

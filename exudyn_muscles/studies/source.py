@@ -207,9 +207,11 @@ class OsimFile(_WithoutArguments):
 
 @dataclass(frozen=True)
 class SetupFile(_WithoutArguments):
-    """A set-up file of OpenSim's CMC or static optimization, with all that it names."""
+    """A set-up file of OpenSim's CMC or static optimization, with all that it names; `in_degrees`
+    is what the angles of its motion are, whatever that says."""
 
     file: Path
+    in_degrees: bool | None = None
 
     @property
     def name(self) -> str:  # type: ignore[override]
@@ -219,11 +221,11 @@ class SetupFile(_WithoutArguments):
     @property
     def identity(self) -> str:
         """By all files that it names."""
-        return file_digest(self.file)
+        return digest([file_digest(self.file), self.in_degrees])
 
     def load(self) -> Subject:
         """Read it; what is raised is that of `load_setup`."""
-        setup = load_setup(self.file)
+        setup = load_setup(self.file, in_degrees=self.in_degrees)
         return Subject(setup.model, setup.motion, setup.coordinates, setup)
 
 

@@ -36,7 +36,7 @@ DESIGNS: dict[str, Callable[[Ranges, int, int], Samples]] = {
 SETUPS = ("CMCTool", "AnalyzeTool")
 # Sections and their keys; those of outcomes are names of the user's own.
 SECTIONS: dict[str, tuple[str, ...] | None] = {
-    "source": ("model", "motion", "cutoff", "arguments", "folder", "pattern", "files"),
+    "source": ("model", "motion", "cutoff", "angles", "arguments", "folder", "pattern", "files"),
     "method": ("name", "settings"),
     "samples": ("design", "count", "file", "seed", "parameters"),
     "outcomes": None,
@@ -64,8 +64,11 @@ def load_study(path: Path) -> Study:
     return _File(path, text, content).study()
 
 
-def setups_in(folder: Path, pattern: str = "**/*.xml") -> tuple[SetupFile, ...]:
-    """All set-up files of OpenSim's CMC and static optimization in a folder, by their names.
+def setups_in(
+    folder: Path, pattern: str = "**/*.xml", in_degrees: bool | None = None
+) -> tuple[SetupFile, ...]:
+    """All set-up files of OpenSim's CMC and static optimization in a folder, by their names;
+    `in_degrees` is what the angles of their motions are, whatever these say.
 
     Raises
     ------
@@ -75,7 +78,7 @@ def setups_in(folder: Path, pattern: str = "**/*.xml") -> tuple[SetupFile, ...]:
     files = [file for file in sorted(folder.glob(pattern)) if file.is_file() and _is_setup(file)]
     if not files:
         raise StudyError(f"{folder}: there is no set-up of CMC or static optimization ({pattern})")
-    return tuple(SetupFile(file) for file in files)
+    return tuple(SetupFile(file, in_degrees) for file in files)
 
 
 def _is_setup(file: Path) -> bool:
@@ -126,24 +129,28 @@ class _File:
         given = [key for key in ("model", "folder", "files") if key in self._content["source"]]
         if len(given) != 1:
             raise self._error("source", "one of model, folder and files was expected")
+        angles = self._get("source", "angles", str)
+        if angles not in (None, "degrees", "radians"):
+            raise self._error("angles", f"degrees or radians was expected, got '{angles}'")
+        in_degrees = None if angles is None else angles == "degrees"
         if given == ["folder"]:
             pattern = self._get("source", "pattern", str, "**/*.xml")
             with self._blamed("source", "folder"):
-                return setups_in(self._file("source", "folder"), pattern)
+                return setups_in(self._file("source", "folder"), pattern, in_degrees)
         if given == ["files"]:
             names = self._get("source", "files", list)
-            return tuple(SetupFile(self._path.parent / str(name)) for name in names)
+            return tuple(SetupFile(self._path.parent / str(name), in_degrees) for name in names)
         file = self._file("source", "model")
         if not file.is_file():
             raise self._error("model", f"there is no file '{file}'", "source")
         if file.suffix.lower() == ".xml":
-            return SetupFile(file)
+            return SetupFile(file, in_degrees)
         if file.suffix.lower() != ".osim":
             return PythonFile(file, self._get("source", "arguments", dict, {}))
         if "motion" not in self._content["source"]:
             raise self._error("model", "a model file of OpenSim needs motion = FILE", "source")
         cutoff = self._get("source", "cutoff", (int, float))
-        return OsimFile(file, self._file("source", "motion"), cutoff)
+        return OsimFile(file, self._file("source", "motion"), cutoff, in_degrees)
 
     def _samples(self) -> Samples:
         section = self._content.get("samples")
@@ -187,23 +194,24 @@ class _File:
             if str(error).startswith(str(self._path)):
                 raise
             named = re.findall(r"'([^']+)'", str(error))
-            line = next(filter(None, map(self._line, [key, *named, section])), None)
+            lines = (self._line(each, section) for each in [key, *named, section])
+            line = next(filter(None, lines), None)
             raise StudyError(f"{self._where(line)}: {error}") from error
 
     def _error(self, key: str, text: str, section: str | None = None) -> StudyError:
-        line = self._line(key) or self._line(section)
+        line = self._line(key, section) or self._line(section)
         return StudyError(f"{self._where(line)}: {key}: {text}")
 
     def _where(self, line: int | None) -> str:
         return f"{self._path}, line {line}" if line else str(self._path)
 
-    def _line(self, key: str | None) -> int | None:
-        """Of a key or section; of a value if there is no such key."""
+    def _line(self, key: str | None, section: str | None = None) -> int | None:
+        """Of a key in a section, or of a section; of a value if there is no such key."""
         if key is None:
             return None
-        quoted = re.escape(key)
+        quoted, begin = re.escape(key), (self._line(section) or 1) if key != section else 1
         for form in (rf'^\s*"?{quoted}"?\s*=', rf"^\s*\[{quoted}\b", quoted):
-            for number, line in enumerate(self._lines, 1):
+            for number, line in enumerate(self._lines[begin - 1 :], begin):
                 if re.search(form, line):
                     return number
         return None

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from exudyn_muscles import studies
-from models import pendulum
+from models import leg, pendulum
 
 PENDULUM = "models.pendulum:build"
 RANGES = {
@@ -63,3 +63,8 @@ def slowest_force(model, result):
 
 def no_number(model, result):
     return "much"
+
+
+def first_steps():
+    """The leg's motion from 0.3 to 0.35 s."""
+    return leg.motion().between(0.3, 0.35)
