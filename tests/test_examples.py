@@ -125,6 +125,6 @@ def test_studies(run, tmp_path):
     assert (table["status"] == "complete").all() and len(table) == 8
     one = {strength: table[strength][3], slack: table[slack][3]}
     assert variables["peak"](one) == table["peak"][3]  # Exudyn's functions see the same runs
-    assert variables["varied"][strength] == [0.8, 1.0, 1.2]
+    assert list(variables["varied"][strength]) == [0.8, 1.0, 1.2]
     assert sorted(variables["peaks"], reverse=True) == variables["peaks"]  # the stronger, the less
     assert variables["error"] < 0.02 and "the measured peak is met with" in printed

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Mapping
 from threading import Lock
 
-from ..errors import LONGEST_WORD, cut
+from ..errors import LONGEST_WORD, ExudynMusclesWarning, cut
 from ..results.trajectory import Trajectory
 from .method import run_method
 from .outcomes import values
@@ -72,7 +72,9 @@ def _result(run: Run) -> tuple[Subject, Trajectory]:
 
 
 def _texts(said: list[warnings.WarningMessage]) -> str:
-    """Each different one once, by its kind and first words."""
+    """Each different one of this package once, by its kind and first words. Others come from
+    libraries, and say more of a process than of a run."""
+    said = [each for each in said if issubclass(each.category, ExudynMusclesWarning)]
     texts = [
         f"{each.category.__name__}: {cut(str(each.message), 4 * LONGEST_WORD)}" for each in said
     ]

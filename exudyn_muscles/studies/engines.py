@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
 from concurrent.futures.process import BrokenProcessPool
 from typing import TYPE_CHECKING, Any
@@ -28,7 +28,7 @@ AHEAD = 2  # runs that wait for each process
 AT_LEAST = 100  # of a cluster, which may still grow
 
 
-def done(runs: Sequence[Run], engine: Engine) -> Iterator[Done]:
+def done(runs: Sequence[Run], engine: Engine) -> Generator[Done, None, None]:
     """Rows in the order in which they become known.
 
     Parameters

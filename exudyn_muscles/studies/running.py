@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import sys
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -71,8 +71,9 @@ def run(
             if number not in rows or rows[number].status in AGAIN
         ]
         try:
-            with _progress(study, len(pending), quiet) as bar:
-                for row, trajectory in done(pending, engine):
+            found = done(pending, engine)  # which ends its processes when it is closed
+            with closing(found), _progress(study, len(pending), quiet) as bar:
+                for row, trajectory in found:
                     if trajectory is not None:
                         (folder / TRAJECTORIES).mkdir(exist_ok=True)
                         trajectory.save(folder / TRAJECTORIES / f"{row.number:06d}.npz")

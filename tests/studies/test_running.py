@@ -136,7 +136,7 @@ def test_what_died_is_made_again_and_what_failed_is_not(tmp_path, monkeypatch):
 
     def done(runs, engine):
         asked.extend(run.number for run in runs)
-        return iter(())
+        yield from ()
 
     monkeypatch.setattr(running, "done", done)
     studies.run(again, tmp_path)
