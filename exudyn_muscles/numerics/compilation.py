@@ -42,7 +42,9 @@ class _Compilation(event.Listener):
     def on_end(self, event: Event) -> None:
         if not _is_ours(event):
             return
-        if event.is_failed and isinstance(event.data["dispatcher"]._cache, KernelCache):
+        # Not is_failed, which numba 0.68 has the wrong way round.
+        failed = getattr(event, "_exc_details", None) is not None
+        if failed and isinstance(event.data["dispatcher"]._cache, KernelCache):
             event.data["dispatcher"]._cache.give_up()
         self._open -= 1
         self._kernels += 1

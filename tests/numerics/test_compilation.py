@@ -225,6 +225,19 @@ def test_processes_that_compile_at_once(tmp_path):
     assert printed(later) == (3.375, 1, [])
 
 
+def test_a_turn_lasts_until_the_outermost_kernel_is_stored(load, monkeypatch):
+    """Or others would begin with the outer one while its inner ones are there already."""
+    lock, held = turns._lock(_stamp()), []
+
+    def end_turn(stamp):
+        held.append(lock.lock_counter)
+        turns.end_turn(stamp)
+
+    monkeypatch.setattr(kernel_cache, "end_turn", end_turn)
+    assert load()(1.0) == 4.0
+    assert (held, lock.is_locked) == ([2, 1], False)
+
+
 def test_a_version_that_another_process_replaced_is_not_taken_for_ones_own(tmp_path, monkeypatch):
     """Both found an empty index and chose the same number."""
     mine, other = (kernel_cache._Versions(tmp_path, "kernel", "stamp") for _ in range(2))
@@ -278,7 +291,7 @@ def test_progress_is_said_in_cpu_time(load, caplog, monkeypatch):
     monkeypatch.setattr(compilation, "process_time", lambda: next(clock))
     listener, about = (
         compilation._Compilation(),
-        SimpleNamespace(data={"dispatcher": load()}, is_failed=False),
+        SimpleNamespace(data={"dispatcher": load()}),
     )
     for _ in range(3):
         for step in (listener.on_start, listener.on_start, listener.on_end, listener.on_end):
