@@ -139,6 +139,10 @@ def test_synergies_lead_towards_their_modes(model, motion, stiff):
     [
         (lambda emg: emg.courses({"a": "b"}), "EMG: there is no 'b', only a"),
         (lambda emg: replace(emg, values=2.0 * emg.values).courses({"x": "a"}), r"within \[2, 2\]"),
+        (
+            lambda emg: replace(emg, values=-0.2 + emg.values * [[0.0], [1.0]]).courses({"x": "a"}),
+            r"within \[-0.2, 0.8\]",
+        ),
         (lambda emg: emg.limits({"x": "a"}, 1.5), r"width = 1.5 is outside \[0, 1\]"),
     ],
 )
@@ -154,3 +158,8 @@ def test_wrong_numbers_of_modes_and_silent_emg_are_named(model, motion, stiff):
     silent = EMG(("a",), np.array([0.0, 1.0]), np.zeros((2, 1)))
     with pytest.raises(em.ParameterError, match="EMG of 'elbow_flexor' is zero throughout"):
         analysis.fit_emg_scales(model, motion, silent, {"elbow_flexor": "a"})
+
+
+def test_what_filters_leave_below_zero_is_zero():
+    emg = EMG(("a",), np.array([0.0, 1.0, 2.0]), np.array([[-0.02], [0.5], [1.0]]))
+    np.testing.assert_array_equal(emg.courses({"x": "a"}, delay=0.0)["x"][1], [0.0, 0.5, 1.0])
