@@ -10,6 +10,7 @@ the last two criteria know the EMG up to a scale for each muscle.
 import sys
 import time
 import warnings
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from exudyn_muscles import analysis, operators
 from ..opensim import REFERENCE
 
 WALK = REFERENCE.parent / "emg18"
+ARM = REFERENCE.parent / "cmc" / "arm26_emg"
+SETTLED = 0.05  # s: from a start where the muscle is nearly at rest
 # The file does not say of which leg: its soleus works while the left foot is on its plate.
 SAME = {
     "soleus_l": "soleus",
@@ -73,6 +76,44 @@ def walk():
     return model.replace(muscles=muscles, reserves=reserves), motion.between(*SPAN)
 
 
+def arm():
+    """Rows of the arm whose published set-up tracks a long biceps with an activation that nothing
+    of the motion asks for."""
+    setup = em.opensim.load_setup(ARM / "arm26_Setup_ComputedMuscleControl_EMG.xml")
+    emg = analysis.EMG.from_file(ARM / "muscle_emg.sto")
+    course = {"BIClong": emg.courses({"BIClong": "BIClong.activation"}, delay=0.0)["BIClong"]}
+    limits = dict(setup.settings.control_limits)
+    given = limits.pop("BIClong")
+    settings = em.CosimulationSettings(control_limits=limits)
+    cases = {
+        "squares (10)": settings,
+        "squares of activations": replace(settings, criterion=em.PoweredActivations()),
+        "power 3 of activations": replace(settings, criterion=em.PoweredActivations(3.0)),
+        "largest activation": replace(settings, criterion=em.MinMax(em.Quantity.ACTIVATION)),
+    }
+    for weight in (1.0, 10.0, 1000.0):
+        followed = em.Followed(course, weight=weight)
+        cases[f"EMG followed, weight {weight:g}"] = replace(settings, criterion=followed)
+    cases["excitations given, as the set-up is read"] = replace(
+        settings, control_limits={**limits, "BIClong": given}
+    )
+    em.cosimulate(setup.model, setup.motion, settings=settings)  # loads kernels
+    for name, each in cases.items():
+        start = time.process_time()
+        result = em.cosimulate(setup.model, setup.motion, settings=each)
+        cpu = time.process_time() - start
+        a = result.activations[:, result.muscle_names.index("BIClong")]
+        e = np.interp(result.time, *course["BIClong"])
+        later = result.time > result.time[0] + SETTLED
+        x, y = a[later], e[later]
+        error = np.abs(result.coordinates - result.desired_coordinates).max()
+        unmet = np.abs(result.torques_unmet).max()
+        yield (
+            f"| {name} | {cpu:.2f} | {np.corrcoef(x, y)[0, 1]:.2f} | "
+            f"{np.sqrt(np.mean((x - y) ** 2)):.3f} | {np.degrees(error):.3f} | {unmet:.2g} |"
+        )
+
+
 def main():
     warnings.simplefilter("ignore", em.ExudynMusclesWarning)
     if not WALK.is_dir():
@@ -90,6 +131,10 @@ def main():
         cells = [f"{x.correlation:.2f}, {x.rms:.2f}" for x in found.values()]
         mean = np.mean([(x.correlation, x.rms) for x in found.values()], axis=0)
         print(f"| {name} | {cpu:.2f} | {' | '.join(cells)} | {mean[0]:.2f}, {mean[1]:.2f} |")
+    print("\n| arm26 | CPU s | correlation | RMS | tracking [deg] | unmet [N m] |")
+    print("|---|---|---|---|---|---|")
+    for row in arm():
+        print(row)
 
 
 if __name__ == "__main__":
