@@ -71,6 +71,7 @@ from .path.surfaces import PathWrap, WrapCylinder, WrapEllipsoid, WrapSphere, Wr
 from .recruitment.criteria.criterion import Criterion
 from .recruitment.criteria.followed import Followed
 from .recruitment.criteria.forces import SquaredForces
+from .recruitment.criteria.joint_load import JointLoad
 from .recruitment.criteria.minmax import MinMax
 from .recruitment.criteria.powers import PoweredActivations, PoweredForces
 from .recruitment.criteria.quantity import Quantity
@@ -142,6 +143,7 @@ __all__ = [
     "IncompleteRunWarning",
     "Integrator",
     "JointCoordinate",
+    "JointLoad",
     "Loops",
     "LowPass",
     "MaximumIsometricForce",

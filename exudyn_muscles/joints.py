@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from .errors import ParameterError
+from .errors import ModelError, ParameterError
 from .forces.actuator_table import actuator_table
 from .forces.actuators import Reserve
 from .model import MusculoskeletalModel
+from .skeleton.closed import Closed
 from .skeleton.joints import Balance, JointLoads
 from .skeleton.skeleton import Skeleton
 from .skeleton.system.joints import SystemJoint, SystemJointLoads, system_joints
@@ -111,6 +112,46 @@ def model_joints(
     return _OnBodies(model, model.skeleton, tuple(wanted), found)
 
 
+def joint_force(
+    model: MusculoskeletalModel, joint: str
+) -> Callable[[np.ndarray, np.ndarray, float], tuple[np.ndarray, np.ndarray]]:
+    """How the force in a joint follows the forces of muscles and ideal actuators.
+
+    Parameters
+    ----------
+    model : MusculoskeletalModel
+        Of a kinematic tree.
+    joint : str
+        As of `model_joints`.
+
+    Returns
+    -------
+    callable
+        q, q' (n,), t -> R_0 (3,) [N], L (3, m + r), so that the force on the joint's child in
+        ground is R_0 + L F, with the accelerations that follow from F.
+
+    Raises
+    ------
+    ParameterError
+        There is no such joint; lists them.
+    ModelError
+        The skeleton is no tree, or one whose loops are closed, or as `TreeJointLoads`.
+    """
+    skeleton = model.skeleton
+    if not isinstance(skeleton, Skeleton) or isinstance(skeleton.basis, Closed):
+        raise ModelError(
+            f"joint '{joint}': how its force follows those of muscles is known of kinematic trees "
+            "without loops alone"
+        )
+    loads = _tree_loads(model, skeleton, [_named(model, _all(model), joint)])
+
+    def force(q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
+        constant, by_forces = loads.forces_by(q, v, t)
+        return constant[0], by_forces[0]
+
+    return force
+
+
 def _all(model: MusculoskeletalModel) -> list[Joint]:
     skeleton = model.skeleton
     if isinstance(skeleton, Skeleton):
@@ -130,6 +171,14 @@ def _named(model: MusculoskeletalModel, joints: Sequence[Joint], name: str) -> J
     raise ParameterError(f"there is no joint '{name}'; the joints are {', '.join(known)}")
 
 
+def _tree_loads(
+    model: MusculoskeletalModel, skeleton: Skeleton, joints: Sequence[Joint]
+) -> TreeJointLoads:
+    actuators = actuator_table(model.reserves, skeleton.tree_coordinates, skeleton.frame_number)
+    own = [joint for joint in joints if isinstance(joint, TreeJoint)]
+    return TreeJointLoads(skeleton, own, model.paths, model.muscles.names, actuators)
+
+
 class _OnTree(Joints):
     """Those of a kinematic tree."""
 
@@ -141,9 +190,7 @@ class _OnTree(Joints):
         joints: Sequence[Joint],
     ) -> None:
         self.names = names
-        actuators = actuator_table(model.reserves, skeleton.tree_coordinates, skeleton.frame_number)
-        own = [joint for joint in joints if isinstance(joint, TreeJoint)]
-        self._loads = TreeJointLoads(skeleton, own, model.paths, model.muscles.names, actuators)
+        self._loads = _tree_loads(model, skeleton, joints)
 
     def along(self, states: Recorded) -> Iterator[Balance]:
         t, z, v, _, _, F, f = states

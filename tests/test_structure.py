@@ -13,7 +13,7 @@ PACKAGE = Path(exudyn_muscles.__file__).parent
 # From low to high; "" is the package itself. Rooms of one floor do not know each other.
 FLOORS = [
     "errors", "checks", "files", "numerics", "path", "muscle", "forces", "skeleton",
-    "model motion operators shapes", "joints recruitment", "results", "simulation", "methods",
+    "model motion operators shapes", "joints", "recruitment", "results", "simulation", "methods",
     "analysis", "opensim plot view",
     "report storage studies", "", "cli",
 ]  # fmt: skip

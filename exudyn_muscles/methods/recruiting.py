@@ -226,8 +226,9 @@ class MuscleOptimization:
             r = np.vstack([r, geometry.columns.T])
             low, high = np.concatenate((low, ideal[0])), np.concatenate((high, ideal[1]))
             N = np.concatenate((N, self._optimal))
+        place = geometry.place
         found = self._recruiter.solve(
-            Demand(r, Q_m, low, high, N, t, excitation, activation, self._cheaper)
+            Demand(r, Q_m, low, high, N, t, excitation, activation, self._cheaper, place)
         )
         self._counts.not_preferred += not found.preferred
         return found

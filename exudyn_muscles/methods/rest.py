@@ -99,7 +99,7 @@ def _pull(model: MusculoskeletalModel, a: np.ndarray) -> Callable[[], np.ndarray
 
     def pull() -> np.ndarray:
         if isinstance(skeleton, Skeleton):
-            length, _, arms, _ = model.geometry(*skeleton.place)
+            length, _, arms, *_ = model.geometry(*skeleton.place)
         else:
             assert loads_of is not None
             length, _, loads = loads_of(skeleton.pose())

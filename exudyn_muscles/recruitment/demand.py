@@ -26,6 +26,8 @@ class Demand(NamedTuple):
         Lowest and highest ones of the muscles, with which the window ends at F_min and F_max.
     cheaper : (k,) ndarray
         What weights have made of the normalising forces: N is this many times the normalizer's.
+    place : tuple of (n,) ndarray
+        Of a tree, the coordinates and speeds that the torques are demanded at.
     """
 
     r: np.ndarray
@@ -37,3 +39,4 @@ class Demand(NamedTuple):
     excitation: np.ndarray = NOTHING_KNOWN
     activation: np.ndarray = NOTHING_KNOWN
     cheaper: np.ndarray = NOTHING_KNOWN[0]
+    place: tuple[np.ndarray, ...] = ()

@@ -27,13 +27,14 @@ class Geometry(NamedTuple):
 
     `length` l (m,) [m], `lengthening_speed` l' (m,) [m/s], `moment_arms` r (m, n) [m or 1],
     r = -dl/dq, so that the torques are r^T F. Ideal actuators with the forces f (k,) add S f;
-    `columns` are S (n, k).
+    `columns` are S (n, k). Of a tree, `place` is the state z, z' (n,) that this is the geometry at.
     """
 
     length: np.ndarray
     lengthening_speed: np.ndarray
     moment_arms: np.ndarray
     columns: np.ndarray = NO_COLUMNS
+    place: tuple[np.ndarray, ...] = ()
 
     def load(self, forces: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """What these forces (m + k,) and their `torque` (n,) are for Exudyn."""
@@ -112,7 +113,8 @@ def compile_geometry(
                 f"muscle '{muscles[failed]}': found no way over an ellipsoid at q = "
                 f"{np.array2string(q, precision=4)}; its line passes too near the center"
             )
-        return Geometry(l, l_t, r)
+        # Copies, because a state may be a view of what Exudyn moves on.
+        return Geometry(l, l_t, r, place=(q.copy(), v.copy()))
 
     return geometry
 

@@ -107,8 +107,9 @@ class Tied(ABC):
 
         def of_independent(z: np.ndarray, v: np.ndarray) -> Geometry:
             (q, q_t, _), slopes = self.follow_from(z, v, rest)
-            length, speed, r, S = of_tree(q, q_t)
-            return Geometry(length, speed, r @ slopes.R, slopes.R.T @ S if S.size else S)
+            length, speed, r, S, _ = of_tree(q, q_t)
+            columns = slopes.R.T @ S if S.size else S
+            return Geometry(length, speed, r @ slopes.R, columns, (z.copy(), v.copy()))
 
         return of_independent
 

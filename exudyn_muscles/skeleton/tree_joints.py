@@ -128,31 +128,62 @@ class TreeJointLoads:
     def __call__(
         self, z: np.ndarray, v: np.ndarray, t: float, F: np.ndarray, f: np.ndarray
     ) -> Balance:
-        """What is at coordinates and speeds (n,) and the time `t` under forces of muscles `F` (m,)
-        and of ideal actuators `f` (r,)."""
-        own, state, n = self._new.coordinates, self._opened.state, z.size
-        q, q_t, q_tt = self._skeleton.state_of_tree(
-            np.tile(z, (n + 1, 1)), np.tile(v, (n + 1, 1)), np.eye(n + 1, n, -1)
-        )
-        bent, R = q_tt[0], (q_tt[1:] - q_tt[0]).T
-        state.q[:], state.v[:] = 0.0, 0.0
-        state.q[own], state.v[own] = q[0], q_t[0]
-        self._mbs.systemData.SetTime(t)
-        self._opened.contacts.settle()
+        """What is at coordinates and speeds (n,) and the time `t`
+        under forces of muscles `F` (m,) and of ideal actuators `f` (r,)."""
+        own, state = self._new.coordinates, self._opened.state
+        slopes = self._go_to(z, v, t)
         M, acting = self._opened.dynamics()
         geometry = self._geometry(state.q, state.v)
         acting = geometry.moment_arms.T @ F - acting
         if f.size:
             acting = acting + self._columns(state.q) @ f
+        load, M_z, z_tt = self._balance(M, acting, *slopes)
+        if self._closed is not None:
+            load -= self._closing(self._closed, load[own], state.q[own], state.v[own])
+        return Balance(self._in_ground(load, state.q), geometry.length, M_z, z_tt)
+
+    def forces_by(self, z: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
+        """Forces on the children in ground without muscles and ideal actuators (k, 3) [N], and what
+        a unit of each of them adds (k, 3, m + r), at coordinates and speeds (n,) and the time `t`.
+
+        Accelerations are those that follow. Not of trees whose loops are closed.
+        """
+        state = self._opened.state
+        R, bent = self._go_to(z, v, t)
+        M, bias = self._opened.dynamics()
+        arms = self._geometry(state.q, state.v).moment_arms
+        acting = np.column_stack([-bias, arms.T, self._columns(state.q)])
+        alone = np.zeros((bent.size, acting.shape[1]))
+        alone[:, 0] = bent
+        load, _, _ = self._balance(M, acting, R, alone)
+        links = self._new.link([joint.link for joint in self._joints])
+        force = tree_frames(self._tree, state.q)[0][links] @ load[self._rows[:, :3]]
+        return force[..., 0], force[..., 1:]
+
+    def _go_to(self, z: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
+        """Put the copy where coordinates and speeds (n,) are at the time `t`; returns R = dq/dz of
+        the tree's own coordinates (N, n), and R' z' (N,)."""
+        own, state, n = self._new.coordinates, self._opened.state, z.size
+        q, q_t, q_tt = self._skeleton.state_of_tree(
+            np.tile(z, (n + 1, 1)), np.tile(v, (n + 1, 1)), np.eye(n + 1, n, -1)
+        )
+        state.q[:], state.v[:] = 0.0, 0.0
+        state.q[own], state.v[own] = q[0], q_t[0]
+        self._mbs.systemData.SetTime(t)
+        self._opened.contacts.settle()
+        return (q_tt[1:] - q_tt[0]).T, q_tt[0]
+
+    def _balance(
+        self, M: np.ndarray, acting: np.ndarray, R: np.ndarray, bent: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Loads on all coordinates of the copy under what acts there (all, ...), M_z and z''."""
+        own = self._new.coordinates
         M = M[:, own]
         within = R.T @ M[own]
         M_z = within @ R
         z_tt = np.linalg.solve(M_z, R.T @ acting[own] - within @ bent)
         a = bent + R @ z_tt
-        load = M @ a - acting
-        if self._closed is not None:
-            load -= self._closing(self._closed, load[own], q[0], q_t[0])
-        return Balance(self._in_ground(load, state.q), geometry.length, M_z, z_tt)
+        return M @ a - acting, M_z, z_tt
 
     def _closing(
         self, closed: Closed, missing: np.ndarray, q: np.ndarray, q_t: np.ndarray

@@ -11,6 +11,7 @@ from scipy import sparse
 import exudyn_muscles as em
 from exudyn_muscles.recruitment.certificate import ACCEPTED
 from exudyn_muscles.recruitment.criteria.followed import FollowedProblem
+from exudyn_muscles.recruitment.criteria.joint_load import JointLoadProblem
 from exudyn_muscles.recruitment.criteria.minmax import MinMaxProblem
 from exudyn_muscles.recruitment.criteria.powers import PoweredProblem
 from exudyn_muscles.recruitment.criteria.quantity import Quantity, counted
@@ -48,7 +49,8 @@ def draw(rng):
 @dataclass
 class Kind:
     """A criterion for random demands: what makes its problem, and its cost as something that
-    Clarabel can minimise: power, stiffness and place of the least of every x - zero, modes."""
+    Clarabel can minimise: power, stiffness and place of the least of every x - zero, modes, and the
+    force of a joint, c + B x."""
 
     name: str
     quantity: Quantity
@@ -57,7 +59,14 @@ class Kind:
     def of(self, demand, rng):
         self.weight, self.target = np.zeros((2, demand.N.size))
         self.W = np.zeros((demand.N.size, 0))
+        self.c, self.B = np.zeros(3), np.zeros((3, demand.N.size))
         k = demand.cheaper.size
+        if self.name == "joint load":
+            reference = rng.choice([30.0, 300.0, 3000.0])
+            self.c = rng.uniform(-500.0, 500.0, 3) / reference
+            by_forces = rng.uniform(-1.0, 1.0, self.B.shape) / reference
+            self.B = by_forces * demand.N
+            return partial(JointLoadProblem, constant=self.c, by_forces=by_forces)
         if self.name == "followed":
             self.weight[:k] = rng.choice([0.0, 10.0, 1000.0], k)
             self.target[:k] = rng.random(k) * (self.weight[:k] > 0.0)
@@ -79,6 +88,8 @@ class Kind:
             return [np.abs(q).max(), (q * q).sum()]
         if self.name == "followed":
             return [(q * q).sum() + (self.weight * (a - self.target) ** 2).sum()]
+        if self.name == "joint load":
+            return [(q * q).sum() + ((self.c + self.B @ q) ** 2).sum()]
         if self.name == "synergies":
             from scipy.optimize import nnls
 
@@ -95,6 +106,7 @@ KINDS = {
     "largest activation": Kind("minmax", ACTIVATION),
     "followed": Kind("followed", ACTIVATION),
     "synergies": Kind("synergies", ACTIVATION),
+    "joint load": Kind("joint load", FORCE),
 }
 
 
@@ -136,10 +148,10 @@ def clarabel_says(kind, demand):
             add(block, rest, b, clarabel.PowerConeT(1.0 / kind.power))
     else:
         pull = kind.weight * size * size
-        P[:m, :m] = 2.0 * np.diag(1.0 + pull)
+        P[:m, :m] = 2.0 * (np.diag(1.0 + pull) + kind.B.T @ kind.B)
         least = zero + np.divide(kind.target, size)
-        q[:m] = -2.0 * (zero + pull * least)
-        constant = (zero * zero).sum() + (pull * least * least).sum()
+        q[:m] = 2.0 * (kind.B.T @ kind.c - zero - pull * least)
+        constant = (zero * zero).sum() + (pull * least * least).sum() + (kind.c * kind.c).sum()
         if kind.name == "synergies":
             W = kind.W
             P[:m, m:] = -2.0 * (kind.weight * size)[:, None] * W
@@ -239,6 +251,7 @@ CRITERIA = {
     "minmax": em.MinMax(Quantity.ACTIVATION),
     "followed": em.Followed({NAMES[0]: COURSE}, weight=10.0),
     "synergies": em.Synergies(MODES, weight=10.0),
+    "joint load": em.JointLoad("knee", 300.0),
 }
 METHODS = {
     "static": (em.static_optimization, em.StaticSettings()),
@@ -304,6 +317,7 @@ def test_volume_weights_spare_large_muscles():
         (lambda: em.Followed({"a": COURSE}, quantity=FORCE), "is not what EMG can tell"),
         (lambda: em.Followed({"a": ([0.0, 1.0], [0.0, 1.5])}), "'a' has values from 0 to 1.5"),
         (lambda: em.Followed({"a": ([1.0, 0.0], [0.0, 0.5])}), "'a' is a number, or increasing"),
+        (lambda: em.JointLoad("knee", 0.0), r"force = 0.0 N is outside \[1e-09, 1e\+09\] N"),
         (lambda: em.Followed(3), "courses = 3 is no mapping"),
         (lambda: em.Synergies({"a": (1.0,), "b": (1.0, 2.0)}), "'b' has .* expected 1 numbers"),
         (lambda: em.Synergies({"a": (1.0, 2.0), "b": (2.0, 4.0)}), "combinations of others"),
@@ -318,6 +332,8 @@ def test_wrong_criteria_are_named(make, says):
     ("criterion", "says"),
     [
         (em.Followed({"nobody": COURSE}), "courses of 'nobody': the muscles are"),
+        (em.JointLoad("wrist", 100.0), "no joint 'wrist'; the joints are shoulder, elbow"),
+        (em.JointLoad("elbow", 0.1), "force = 0.1 N is less than a thousandth of the strongest"),
         (em.Synergies({"nobody": (1.0,)}), "nobody.* are either no muscles or have no modes"),
     ],
 )
