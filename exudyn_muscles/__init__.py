@@ -3,7 +3,7 @@
 from importlib.metadata import version
 from typing import Any
 
-from . import analysis, opensim, operators, plot, storage, view
+from . import analysis, opensim, operators, plot, storage, studies, view
 from .errors import (
     CriterionWarning,
     DisplayError,
@@ -27,6 +27,7 @@ from .errors import (
     StartWarning,
     StorageError,
     StorageWarning,
+    StudyError,
     TrackingWarning,
     UnknownForcesWarning,
     UnmetTorqueError,
@@ -200,6 +201,7 @@ __all__ = [
     "Storage",
     "StorageError",
     "StorageWarning",
+    "StudyError",
     "SumOfProducts",
     "Synergies",
     "Thelen2003",
@@ -237,6 +239,7 @@ __all__ = [
     "simm_spline",
     "static_optimization",
     "storage",
+    "studies",
     "tendon_length",
     "view",
     "volume_weights",

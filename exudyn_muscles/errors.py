@@ -56,6 +56,10 @@ class ModelFileError(ExudynMusclesError, ValueError):
     """A model file (`.osim`) is damaged, or holds what cannot be represented."""
 
 
+class StudyError(ExudynMusclesError, ValueError):
+    """A study cannot be run as it is described, or not where it is to go on."""
+
+
 class WindowError(ExudynMusclesError, RuntimeError):
     """The muscle equations could not be integrated over a time step."""
 

@@ -105,6 +105,8 @@ def model_joints(
     else:
         wanted = dict(chosen) if isinstance(chosen, Mapping) else {name: name for name in chosen}
     found = [_named(model, each, name) for name in wanted.values()]
+    if not found:
+        raise ParameterError("joints: there is none, or none was named")
     if isinstance(model.skeleton, Skeleton):
         return _OnTree(model, model.skeleton, tuple(wanted), found)
     return _OnBodies(model, model.skeleton, tuple(wanted), found)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import get_args
+from typing import NoReturn, SupportsIndex, get_args
 
 import exudyn as exu
 import numpy as np
@@ -152,6 +152,14 @@ class MusculoskeletalModel:
                     PathWarning,
                 )
 
+    def __reduce_ex__(self, protocol: SupportsIndex) -> NoReturn:
+        """Raise ModelError: Exudyn's systems exist in their process alone."""
+        raise ModelError(
+            "a MusculoskeletalModel holds an Exudyn system, which cannot be pickled or copied: "
+            "hand over what builds it, such as exudyn_muscles.studies.Builder(function), or "
+            "studies.SystemDescription.of(model, motion)"
+        )
+
     def replace(
         self,
         muscles: Iterable[Muscle] | None = None,
@@ -243,7 +251,7 @@ class MusculoskeletalModel:
         PassiveForceWarning
             A muscle at its minimum activation pulls with more than F0 where it is longest.
         """
-        lengths = self._longest(q)
+        lengths = self.lengths_along(q).max(axis=0)
         for muscle, longest, taut in zip(
             self.muscles, lengths, self.muscles.shortest_taut_length, strict=True
         ):
@@ -301,10 +309,10 @@ class MusculoskeletalModel:
                     f"{LONGEST_FIBER:g}"
                 )
 
-    def _longest(self, q: np.ndarray) -> np.ndarray:
-        """Longest paths (m,) [m] over the coordinates `q` (k, n)."""
+    def lengths_along(self, q: np.ndarray) -> np.ndarray:
+        """Lengths (k, m) [m] of the paths at the coordinates `q` (k, n) of a motion."""
         length = self.geometry if self.loads is None else self.loads
-        return np.max([length(*at)[0] for at in self.skeleton.along(q)], axis=0)
+        return np.array([length(*at)[0] for at in self.skeleton.along(q)])
 
 
 def _listed(name: str, items: Iterable, *kinds: type) -> list:

@@ -116,3 +116,15 @@ def test_pedalling(run, tmp_path):
     assert 5e-4 < variables["gaps"][False] < 2e-3 and variables["gaps"][True] < 1e-9
     assert "largest gap in the loop" in printed
     assert (tmp_path / "out" / "pedalling.png").stat().st_size > 5000
+
+
+def test_studies(run, tmp_path):
+    variables, printed = run("11")
+    table, (strength, slack) = variables["table"], (variables["STRENGTH"], variables["SLACK"])
+    assert (tmp_path / "out" / "study" / "table.parquet").exists()
+    assert (table["status"] == "complete").all() and len(table) == 8
+    one = {strength: table[strength][3], slack: table[slack][3]}
+    assert variables["peak"](one) == table["peak"][3]  # Exudyn's functions see the same runs
+    assert list(variables["varied"][strength]) == [0.8, 1.0, 1.2]
+    assert sorted(variables["peaks"], reverse=True) == variables["peaks"]  # the stronger, the less
+    assert variables["error"] < 0.02 and "the measured peak is met with" in printed

@@ -15,7 +15,7 @@ FLOORS = [
     "errors", "checks", "files", "numerics", "path", "muscle", "forces", "skeleton",
     "model motion operators shapes", "joints", "recruitment", "results", "simulation", "methods",
     "analysis", "opensim plot view",
-    "report storage", "", "cli",
+    "report storage studies", "", "cli",
 ]  # fmt: skip
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms.split() or [""]}
 LONGEST = 350  # lines of a file

@@ -28,6 +28,8 @@ CUTOFF = 6.0  # Hz
 # Usual between the signal and the force that it leads to [s]: P. R. Cavanagh and P. V. Komi,
 # European Journal of Applied Physiology 42 (1979), 159-163.
 DELAY = 0.05
+# Of the largest value: so far below zero do filters leave an envelope.
+RINGING = 0.1
 # Of the largest value: what rises above it is on.
 ONSET = 0.2
 
@@ -145,7 +147,8 @@ class EMG:
     def courses(
         self, muscles: Mapping[str, str], *, delay: float = DELAY
     ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Times and values of muscles, `delay` later, as `Followed` and `ControlLimits` take them.
+        """Times and values of muscles, `delay` later, as `Followed` and `ControlLimits` take them;
+        zero where a filter has left an envelope a little below.
 
         Parameters
         ----------
@@ -163,12 +166,12 @@ class EMG:
         found = {}
         for muscle, name in muscles.items():
             x = shifted.at(name, shifted.time)
-            if not ((x >= 0.0) & (x <= 1.0)).all():
+            if not (np.isfinite(x).all() and x.max() <= 1.0 and x.min() >= -RINGING * x.max()):
                 raise ParameterError(
                     f"EMG of '{name}' is within [{x.min():g}, {x.max():g}]; excitations are "
                     "within [0, 1], as after `envelope` and `normalized`"
                 )
-            found[muscle] = shifted.time, x
+            found[muscle] = shifted.time, np.maximum(x, 0.0)
         return found
 
     def limits(

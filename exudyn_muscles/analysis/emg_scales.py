@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import NoConvergence, anderson
 
 from ..errors import ParameterError
 from ..methods.static import StaticSettings, static_optimization
@@ -43,9 +44,8 @@ def fit_emg_scales(
     """The scales s with which activations of `static_optimization` by `Followed` come nearest to s
     times the EMG, over the whole motion.
 
-    In turns: forces for given scales, scales for given activations (the least squares, between
-    0.001 and what makes the largest value one), which makes the sum of both costs smaller every
-    time.
+    Forces follow from scales, and scales from activations (the least squares, between 0.001 and
+    what makes the largest value one); where both agree is found by Anderson's mixing.
 
     Parameters
     ----------
@@ -69,30 +69,43 @@ def fit_emg_scales(
     Raises
     ------
     ParameterError
-        As `EMG.courses` and `Followed`, or scales still change by more than 1e-4 after all rounds.
+        As `EMG.courses` and `Followed`, or scales still change by more than 1e-4 after all
+        rounds.
     """
     courses = emg.courses(muscles, delay=delay)
     names = list(courses)
     largest = np.array([x.max() for _, x in courses.values()])
     if not (largest > 0.0).all():
         raise ParameterError(f"EMG of '{names[int(largest.argmin())]}' is zero throughout")
-    columns = [model.muscles.names.index(name) for name in names if name in model.muscles.names]
-    scales, change = np.ones(len(names)), np.inf
-    for _ in range(rounds):
+
+    def by(scales: np.ndarray) -> tuple[Followed, Trajectory]:
         scaled = {
             name: (t, s * x) for s, (name, (t, x)) in zip(scales, courses.items(), strict=True)
         }
         criterion = Followed(scaled, weight=weight)
-        result = static_optimization(model, motion, settings=replace(settings, criterion=criterion))
-        if change <= CLOSE:
-            return Scaled(dict(zip(names, map(float, scales), strict=True)), criterion, result)
+        own = replace(settings, criterion=criterion)
+        return criterion, static_optimization(model, motion, settings=own)
+
+    def allowed(scales: np.ndarray) -> np.ndarray:
+        return np.clip(scales, LEAST, 1.0 / largest)
+
+    def change(scales: np.ndarray) -> np.ndarray:
+        _, result = by(allowed(scales))
         ends = np.isin(result.time, result.window_time[1:])
-        a = result.activations[ends][:, columns]
+        a = result.activations[ends][:, [result.muscle_names.index(name) for name in names]]
         e = np.array([np.interp(result.time[ends], *course) for course in courses.values()]).T
         found = (a * e).sum(axis=0) / np.maximum((e * e).sum(axis=0), np.finfo(float).tiny)
-        found = np.clip(found, LEAST, 1.0 / largest)
-        change, scales = float(np.abs(found - scales).max()), found
-    raise ParameterError(
-        f"scales of EMG still change by {change:.2g} after {rounds} rounds; more rounds, or a "
-        "smaller weight, may end it"
-    )
+        return allowed(found) - scales
+
+    try:
+        # Without a search along its steps, which bounds on the scales would end.
+        scales = anderson(
+            change, np.ones(len(names)), alpha=1.0, f_tol=CLOSE, maxiter=rounds, line_search=None
+        )
+    except NoConvergence:
+        raise ParameterError(
+            f"scales of EMG still change by more than {CLOSE:g} after {rounds} rounds; more of "
+            "them, or a smaller weight, may end it"
+        ) from None
+    scales = allowed(scales)
+    return Scaled(dict(zip(names, map(float, scales), strict=True)), *by(scales))

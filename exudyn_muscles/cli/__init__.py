@@ -1,4 +1,4 @@
-"""The command line: `exudyn-muscles run`, `cmc`, `compare`, `check` and `curves`.
+"""The command line: `exudyn-muscles run`, `cmc`, `compare`, `check`, `curves`, `study`.
 
 Angles are in degrees here and nowhere else in the package.
 """

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ..muscle.laws import LAWS
 from ..results.quantities import QUANTITIES
-from . import commands
+from . import commands, study
 from .names import CMC_STEPS, KP, METHODS, PROGRAM, STEP, TRACKING
 
 
@@ -268,6 +268,10 @@ def build_parser() -> argparse.ArgumentParser:
         type=Path,
         default=Path("curves.png"),
         help="figure, whose ending says its format; default curves.png",
+    )
+
+    study.add_options(
+        command("study", study.study, "make many runs, one table of them", study.EPILOG)
     )
     return parser
 

@@ -18,6 +18,7 @@ from ..methods.cosimulation_settings import Scheme
 from ..methods.static import static_optimization
 from ..report import report as write_report
 from ..results.trajectory import Trajectory
+from ..studies.source import Subject
 from .figures import Figure, draw_figures
 from .files import draw_all, made_folder, result_file, save
 from .names import CMC_STEPS, DIFFER, KP, METHODS, PAPER, PROGRAM, STEP
@@ -30,7 +31,7 @@ from .report import (
     summary,
 )
 from .settings import method_function, refuse_foreign_options, velocity_gain
-from .sources import Source, damped, load_law, load_model, load_skeleton
+from .sources import damped, load_law, load_model, load_skeleton
 from .terminal import one_line_warnings, progress_bar
 
 
@@ -90,7 +91,7 @@ def _result_of_setup(
     compute: Callable[..., Trajectory],
 ) -> int:
     out = arguments.out = made_folder(arguments.out or setup.results_directory)
-    source = Source(setup.model, setup.motion, setup.coordinates)
+    source = Subject(setup.model, setup.motion, setup.coordinates)
     return _result(arguments, setup.name, compute, source, out)
 
 
@@ -102,11 +103,11 @@ def _result(
     arguments: argparse.Namespace,
     name: str,
     compute: Callable[..., Trajectory],
-    source: Source,
+    source: Subject,
     out: Path | None,
 ) -> int:
     """Compute a result, save it before anything else can fail, and tell about it."""
-    method, (model, motion, described) = arguments.method, source
+    method, (model, motion, described, _) = arguments.method, source
     start = motion.start
     path = out and out / f"{name}_{method}"
     with progress_bar(arguments, METHODS[method], motion.end - start, "s") as bar:
@@ -129,7 +130,7 @@ def compare(arguments: argparse.Namespace) -> int:
     out, step = arguments.out and made_folder(arguments.out), arguments.step
     if arguments.json is not None:
         made_folder(arguments.json.parent)
-    model, motion, _ = load_model(
+    model, motion, _, _ = load_model(
         arguments.model, arguments.motion, arguments.cutoff, _in_degrees(arguments)
     )
     name = arguments.model.stem

@@ -8,6 +8,8 @@ from time import process_time
 from numba.core import event
 from numba.core.event import Event
 
+from .kernel_cache import KernelCache
+
 logger = logging.getLogger("exudyn_muscles")
 
 PACKAGE = __name__.split(".")[0]
@@ -40,6 +42,10 @@ class _Compilation(event.Listener):
     def on_end(self, event: Event) -> None:
         if not _is_ours(event):
             return
+        # Not is_failed, which numba 0.68 has the wrong way round.
+        failed = getattr(event, "_exc_details", None) is not None
+        if failed and isinstance(event.data["dispatcher"]._cache, KernelCache):
+            event.data["dispatcher"]._cache.give_up()
         self._open -= 1
         self._kernels += 1
         now = process_time()

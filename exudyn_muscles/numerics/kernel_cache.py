@@ -14,6 +14,7 @@ from numba.core.runtime.nrt import rtsys
 from numba.core.serialize import dumps
 
 from ..files.disk import write_file
+from .turns import begin_turn, end_turn
 
 logger = logging.getLogger("exudyn_muscles")
 
@@ -41,9 +42,23 @@ class KernelCache(FunctionCache):
 
     def __init__(self, function: Callable, stamp: str) -> None:
         super().__init__(function)
+        self._stamp = stamp
         self._cache_file = _Versions(Path(self.cache_path), self._impl.filename_base, stamp)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """What is stored; None, and its turn to compile, if nothing can be used."""
+        found = self._stored(sig, target_context)
+        if found is None and begin_turn(self._stamp):
+            found = self._stored(sig, target_context)
+            if found is not None:
+                self.give_up()
+        return found
+
+    def give_up(self) -> None:
+        """End the turn without a compiled kernel."""
+        end_turn(self._stamp)
+
+    def _stored(self, sig: Any, target_context: Any) -> Any:
         # numba's own load_overload first imports all that it can compile, 0.3 s of which a stored
         # kernel needs nothing but the memory of its arrays; its compiler does so by itself.
         try:
@@ -58,6 +73,8 @@ class KernelCache(FunctionCache):
             super().save_overload(sig, data)
         except Exception as error:
             _warn_once(NOT_KEPT, self.cache_path, error)
+        finally:
+            end_turn(self._stamp)
 
 
 class _Versions:

@@ -1,7 +1,8 @@
-"""Figures of results and of muscles."""
+"""Figures of results, of muscles and of studies."""
 
 from .analyses import joint_loads
 from .fibers import muscle
+from .indices import indices
 from .laws import curves
 from .trajectories import activations, comparison, excitations, forces, tracking_errors
 
@@ -11,6 +12,7 @@ __all__ = [
     "curves",
     "excitations",
     "forces",
+    "indices",
     "joint_loads",
     "muscle",
     "tracking_errors",

@@ -7,8 +7,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..forces.actuator_table import AGAINST, COORDINATE, FRAME, KIND, ON, POINT_FRAME, ActuatorTable
-from ..path.functions import FACTOR_COORDINATE
+from ..forces.actuator_table import (
+    AGAINST,
+    COORDINATE,
+    FRAME,
+    KIND,
+    ON,
+    POINT_FORCE,
+    POINT_FRAME,
+    TORQUE,
+    ActuatorTable,
+)
+from ..numerics.products import FACTOR_COORDINATE
 from ..path.paths import COORDINATE as RULE_COORDINATE
 from ..path.paths import Paths
 from ..path.surfaces import LINK
@@ -55,9 +65,11 @@ class Renumbering(NamedTuple):
         rows = given.rows.copy()
         for column in (AGAINST, POINT_FRAME, FRAME):
             rows[:, column] = self.link(rows[:, column])
-        on = given.rows[:, ON]
-        of_coordinate = given.rows[:, KIND] == COORDINATE
-        rows[:, ON] = np.where(of_coordinate, self.coordinate(on), self.link(on))
+        kinds = given.rows[:, KIND]
+        of_coordinate = kinds == COORDINATE
+        on_link = (kinds == POINT_FORCE) | (kinds == TORQUE)
+        rows[of_coordinate, ON] = self.coordinate(given.rows[of_coordinate, ON])
+        rows[on_link, ON] = self.link(given.rows[on_link, ON])
         return given._replace(rows=rows, paths=self.paths(given.paths))
 
 

@@ -26,6 +26,7 @@ from ..path.paths import Paths
 from .closed import Closed
 from .closures import closure_equations
 from .geometry import compile_columns, compile_geometry
+from .hold import hold
 from .joints import Balance, JointLoads
 from .opened import Opened
 from .passive import PassiveTorque
@@ -93,7 +94,9 @@ class TreeJointLoads:
     ------
     ModelError
         There is something beside the tree whose state nobody knows afterwards, or that cannot be
-        copied.
+        copied, or a run is attached to the `mbs`.
+    ParameterError
+        A marker is on all coordinates of the tree's node.
     """
 
     def __init__(
@@ -239,7 +242,8 @@ def _given_way(tree: Tree, new: Renumbering, rows: np.ndarray) -> Tree:
 def _copy(skeleton: Skeleton, tree: Tree, new: Renumbering) -> tuple[exu.MainSystem, int]:
     """A copy of the system with this tree in place of its own, and the tree's number."""
     number, n = int(skeleton.object), len(tree)
-    content, functions = _content(skeleton.mbs)
+    with hold(skeleton.mbs):
+        content, functions = _content(skeleton.mbs)
     item = content["objectList"][number] = dict(content["objectList"][number])
     item |= _links(item, tree, new)
     node = content["nodeList"][item["nodeNumber"]]

@@ -72,3 +72,19 @@ def test_along_a_run():
     assert (least >= result.force_min - 1e-6).all() and (largest <= result.force_max + 1e-6).all()
     # 19 muscles and six coordinates: there is room.
     assert np.median(largest - least) > 50.0
+
+
+def test_activations_of_ranges_lead_to_their_forces():
+    """A window with the muscle held at the range's end ends there, as `integrate_window` has it."""
+    model, motion = leg.build(), leg.motion()
+    result = em.static_optimization(model, motion.between(motion.start, motion.start + 0.1))
+    found = analysis.feasible_forces(model, result)
+    at = np.searchsorted(result.time, result.window_time - 1e-9)
+    optimal = result.activations[at[1:]]
+    np.testing.assert_allclose(found["activation_optimal"], optimal, atol=1e-6)
+    least, largest = found["activation_least"], found["activation_largest"]
+    assert (least <= optimal + 1e-6).all() and (optimal <= largest + 1e-6).all()
+    assert ((least >= model.muscles.minimum_activation - 1e-12) & (largest <= 1.0)).all()
+    # More force is more activation, and no range of one is a range of nothing of the other.
+    room = found["force_largest"] - found["force_least"] > 1.0
+    assert room.any() and (largest - least)[room].min() > 0.0

@@ -7,11 +7,12 @@ STEM_states.sto and STEM_forces.sto are given. REPORT (.json) gets the CPU time,
 reactions, and the joints with their coordinates.
 """
 
-import argparse
 import json
 import sys
 from pathlib import Path
 from time import process_time
+
+from opensim_replay import arguments  # beside this script
 
 
 def listed(opensim, texts):
@@ -66,13 +67,7 @@ def reactions(file, stem, forces, loads):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("model")
-    parser.add_argument("stem")
-    parser.add_argument("report", type=Path)
-    parser.add_argument("--forces", nargs="*", default=[])
-    parser.add_argument("--loads")
-    given = parser.parse_args()
+    given = arguments(__doc__)
     report = reactions(given.model, given.stem, given.forces, given.loads)
     given.report.write_text(json.dumps(report))
 

@@ -55,14 +55,19 @@ def replay(file, stem, forces, loads):
     return report
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def arguments(text):
+    """What such a script is called with."""
+    parser = argparse.ArgumentParser(description=text.splitlines()[0])
     parser.add_argument("model")
     parser.add_argument("stem")
     parser.add_argument("report", type=Path)
     parser.add_argument("--forces", nargs="*", default=[])
     parser.add_argument("--loads")
-    given = parser.parse_args()
+    return parser.parse_args()
+
+
+def main():
+    given = arguments(__doc__)
     report = replay(given.model, given.stem, given.forces, given.loads)
     given.report.write_text(json.dumps(report))
 

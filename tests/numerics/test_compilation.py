@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 import exudyn_muscles
-from exudyn_muscles.numerics import compilation, curves, kernel_cache
-from exudyn_muscles.numerics.kernel import kernel
+from exudyn_muscles.numerics import compilation, curves, kernel_cache, turns
+from exudyn_muscles.numerics.kernel import _stamp, kernel
 
 from ..files.test_files import no_file_larger_than
 
@@ -212,13 +212,30 @@ def test_processes_that_compile_at_once(tmp_path):
         subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options)
         for _ in range(3)
     ]
+    loaded, compiling = [], 0
     for process in at_once:
         out, err = process.communicate()
         assert process.returncode == 0, err
         assert float(out.split()[-2]) == 3.375
         assert "cannot" not in err
+        loaded.append(int(out.split()[-1]))
+        compiling += "compiling the muscle kernels" in err
+    assert (sorted(loaded), compiling) == ([0, 1, 1], 1)  # the others wait and load
     later = subprocess.run(command, capture_output=True, check=True, **options)
     assert printed(later) == (3.375, 1, [])
+
+
+def test_a_turn_lasts_until_the_outermost_kernel_is_stored(load, monkeypatch):
+    """Or others would begin with the outer one while its inner ones are there already."""
+    lock, held = turns._lock(_stamp()), []
+
+    def end_turn(stamp):
+        held.append(lock.lock_counter)
+        turns.end_turn(stamp)
+
+    monkeypatch.setattr(kernel_cache, "end_turn", end_turn)
+    assert load()(1.0) == 4.0
+    assert (held, lock.is_locked) == ([2, 1], False)
 
 
 def test_a_version_that_another_process_replaced_is_not_taken_for_ones_own(tmp_path, monkeypatch):
@@ -272,7 +289,10 @@ def test_progress_is_said_in_cpu_time(load, caplog, monkeypatch):
     """Three times outer with inner in it; what lies between them does not count."""
     clock = iter([0, 3, 4, 10, 13, 14, 20, 23, 26])
     monkeypatch.setattr(compilation, "process_time", lambda: next(clock))
-    listener, about = compilation._Compilation(), SimpleNamespace(data={"dispatcher": load()})
+    listener, about = (
+        compilation._Compilation(),
+        SimpleNamespace(data={"dispatcher": load()}),
+    )
     for _ in range(3):
         for step in (listener.on_start, listener.on_start, listener.on_end, listener.on_end):
             step(about)
@@ -294,6 +314,7 @@ def test_a_failed_compilation_counts_as_ended(load, listening):
     with pytest.raises(Exception, match="Failed in nopython mode"):
         load("def inner(x):\n    return x\n\ndef outer(x):\n    return inner(x).nothing\n")(1.0)
     assert listening._open == 0
+    assert not turns._lock(_stamp()).is_locked  # others may have their turn
 
 
 def test_without_a_compiler_there_is_nothing_to_store(tmp_path):

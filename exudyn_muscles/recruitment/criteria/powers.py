@@ -11,7 +11,7 @@ import qpsolvers
 
 from ...checks import number_within
 from ...model import MusculoskeletalModel
-from ..certificate import ACCEPTED
+from ..certificate import ACCEPTED, kkt_residual
 from ..demand import Demand
 from ..problem import Answer, ScaledProblem
 from .criterion import Problems
@@ -19,17 +19,21 @@ from .quantity import Quantity, counted
 
 LARGEST_EXPONENT = 10.0
 CONVERGED = 1e-11  # KKT residual, a tenth of what is accepted of DAQP
-# Curvatures, which vanish with forces, are at least one of these parts of the largest one, for so
-# many programs each: small ones converge fast but may leave a program without an answer, or one of
-# multipliers that are rounded.
-FLATTEST, PROGRAMS = (1e-6, 1e-7, 1e-8, 1e-5), 25
+# Part of the squares that is added to the powers: it decides where quantities are so small beside
+# the largest one that their powers are rounding, and keeps programs curved.
+SQUARES = 1e-6
+# Where that is not enough curvatures are at least these parts of the largest possible one.
+FLATTEST, PROGRAMS = (0.0, 1e-6, 1e-5), 25
 SHORTEST = 2.0**-20  # step along the way to a program's solution
 ROUNDED = 1.0 + 1e-8  # near the solution costs differ by what constraints are off
 
 
 class PoweredProblem(ScaledProblem):
-    """min s^2 sum |(x - c) / s|^p / p in place of |x|^2 / 2 of `ScaledProblem`, with c where the
-    quantity is zero and the size s of x - c."""
+    """min s^2 sum (|z|^p / p + SQUARES z^2 / 2), z = (x - c) / s, in place of |x|^2 / 2 of
+    `ScaledProblem`, with c where the quantity is zero and the size s of x - c by squares alone.
+
+    The last one of an answer's multipliers (n + 1,) is s.
+    """
 
     accepted = ACCEPTED
     of_squares = False
@@ -37,17 +41,7 @@ class PoweredProblem(ScaledProblem):
     def __init__(self, demand: Demand, power: float, quantity: Quantity) -> None:
         demand, zero, _ = counted(quantity, demand)
         super().__init__(demand)
-        self._zero = zero
-        self._power = power
-        shortest = np.linalg.lstsq(self.A, self.b, rcond=None)[0] if self.finite else 0.0
-        low, high = self.lb - self._zero, self.ub - self._zero
-        forced = np.maximum(np.maximum(low, -high), np.abs(shortest))
-        self._around = float(forced.max()) or 1.0
-
-    def gradient(self, x: np.ndarray) -> np.ndarray:
-        """How the cost grows with every unknown (m,)."""
-        part = self._part(x)
-        return self._around * np.abs(part) ** (self._power - 1.0) * np.sign(part)
+        self._zero, self._power = zero, power
 
     def solved(self, ask: Callable[[qpsolvers.Problem], Answer]) -> Answer:
         """The solution by Newton's method, every program with the curvatures of the one before.
@@ -59,39 +53,49 @@ class PoweredProblem(ScaledProblem):
         if answer is None:
             return None
         x, y = answer
+        s = float(np.abs(x - self._zero).max(initial=0.0)) or 1.0
         for flattest in FLATTEST:
             for _ in range(PROGRAMS):
-                g = self.gradient(x)
-                if self.residual(x, y) <= CONVERGED:
-                    return x, y
-                curvature = (self._power - 1.0) * np.abs(self._part(x)) ** (self._power - 2.0)
-                curvature = np.maximum(curvature, flattest * curvature.max())
-                answer = ask(self._program(curvature, g - curvature * x))
+                if self.residual(x, np.append(y, s)) <= CONVERGED:
+                    return x, np.append(y, s)
+                z = np.abs(x - self._zero) / s
+                curvature = (self._power - 1.0) * np.maximum(
+                    z ** (self._power - 2.0) + SQUARES / (self._power - 1.0), flattest
+                )
+                answer = ask(self._program(curvature, self._slope(x, s) - curvature * x))
                 if answer is None:
                     break
-                step, part, most = answer[0] - x, 1.0, ROUNDED * self._cost(x)
-                while self._cost(x + part * step) > most and part > SHORTEST:
+                step, part, most = answer[0] - x, 1.0, ROUNDED * self._cost(x, s)
+                while self._cost(x + part * step, s) > most and part > SHORTEST:
                     part *= 0.5
                 x, y = x + part * step, answer[1]
-        return x, y
+        return x, np.append(y, s)
+
+    def residual(self, x: np.ndarray, y: np.ndarray) -> float:
+        """What the optimality conditions say of an answer."""
+        return kkt_residual(x, self._slope(x, y[-1]), y[:-1], self.A, self.b, self.lb, self.ub)
 
     def _program(self, curvature: np.ndarray, slope: np.ndarray) -> qpsolvers.Problem:
         return qpsolvers.Problem(
             np.diag(curvature), slope, A=self.A, b=self.b, lb=self.lb, ub=self.ub
         )
 
-    def _part(self, x: np.ndarray) -> np.ndarray:
-        return (x - self._zero) / self._around
+    def _slope(self, x: np.ndarray, s: float) -> np.ndarray:
+        """How the cost grows with every unknown (m,)."""
+        z = (x - self._zero) / s
+        return s * (np.abs(z) ** (self._power - 1.0) * np.sign(z) + SQUARES * z)
 
-    def _cost(self, x: np.ndarray) -> float:
-        return float((np.abs(self._part(x)) ** self._power).sum())
+    def _cost(self, x: np.ndarray, s: float) -> float:
+        z = np.abs(x - self._zero) / s
+        return float((z**self._power / self._power + 0.5 * SQUARES * z * z).sum())
 
 
 @dataclass(frozen=True)
 class PoweredForces:
     """The least sum of |F_i / N_i|^exponent, as of muscle endurance with 3.
 
-    The larger the exponent, the more evenly muscles share.
+    The larger the exponent, the more evenly muscles share. A millionth of the squares is added,
+    which decides between forces so small that their powers are rounding.
 
     Parameters
     ----------
@@ -116,7 +120,8 @@ class PoweredForces:
 
 @dataclass(frozen=True)
 class PoweredActivations:
-    """The least sum of the activations' powers, and of f / f_optimal of ideal actuators.
+    """The least sum of the activations' powers, and of those of f / f_optimal of ideal actuators;
+    a millionth of the squares is added as of `PoweredForces`.
 
     Parameters
     ----------
