@@ -107,6 +107,8 @@
       line: { width: 1.3, color: tones[j % tones.length], dash: dash(r) },
     }))
     .filter((one) => nonzero(one.y) && keep(one.j)));
+  // A few names are told in a title; of many a line says its own where it is pointed at.
+  const named = (names) => (names.length > 6 ? "" : ": " + names.map((name, j) => `<span style="color:${tones[j]}">${plain(name)}</span>`).join(", "));
   const angle = (j) => data.angles[j], place = (j) => !data.angles[j];
   const ofMuscles = (make) => [...chosen].flatMap((i, k) => results.flatMap(
     (result, r) => make(result, i, data.colors[k % data.colors.length], of(data.muscles[i], r), r)));
@@ -125,7 +127,7 @@
       ...[["least", "least"], ["largest", "most"]].filter(([end]) => result[end].length).map(([end, word]) => (
         { x: result.ends, y: result[end][i], line: { color, width: 0.8, dash: "dot" }, name: name + ": " + word + " that would have done" })),
     ])],
-    ...(data.joints.length ? [["force in joints [N]", lines("loads", "load_time", () => true, data.joints)]] : []),
+    ...(data.joints.length ? [["force in joints [N]" + named(data.joints), lines("loads", "load_time", () => true, data.joints)]] : []),
     ["unmet torque [N m] or force [N]", lines("unmet", "ends", () => true)],
     ["torque of reserves [N m] or force [N]", lines("ideal", "time", () => true)],
   ];
