@@ -49,6 +49,7 @@ from .solver import (
     running_solver,
 )  # fmt: skip
 from .start import check_end_time, check_start_time, warn_of_distance
+from .state import RunState
 
 Progress = Callable[[float], None]
 
@@ -136,13 +137,15 @@ class Plugin(Method):
             Where it has lost the motion the result's status is `Status.LOST`, and it is stopped
             where a coordinate is half a turn beyond all that the motion has.
         """
-        with hold(self.model.mbs) as held, self.attached_to(held):
+        state = self.new_state()
+        with hold(self.model.mbs) as held, self.attached_to(held, state):
             yield self
 
     @contextmanager
-    def attached_to(self, held: Hold) -> Iterator[Plugin]:
-        """`attached` for who already holds the `mbs`."""
-        state, mbs, skeleton = self.new_state(), self.model.mbs, self.skeleton
+    def attached_to(self, held: Hold, state: RunState) -> Iterator[Plugin]:
+        """`attached` for who already holds the `mbs`, with a new state that was made before: what a
+        criterion copies of the `mbs` is free of runs."""
+        mbs, skeleton = self.model.mbs, self.skeleton
         record = state.record
         skeleton.open(held, self.near)
         hooks = Hooks(mbs)

@@ -67,12 +67,13 @@ def simulate(
         settings.linearSolver.solverType = exu.LinearSolverType.EigenDense
     settings.solution.file.write = False
     settings.solution.sensors.writePeriod = step
+    state = plugin.new_state()
     with hold(skeleton.mbs) as held:
         held.keep(partial(skeleton.set_initial_arrays, *skeleton.initial_arrays()))
         if whole is not None:
             skeleton.set_initial_arrays(*whole)
         elif initial is not None:
             skeleton.set_initial_state(*initial)
-        with plugin.attached_to(held):
+        with plugin.attached_to(held, state):
             skeleton.mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2)
     return plugin.result()

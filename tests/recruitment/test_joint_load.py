@@ -13,6 +13,7 @@ from exudyn_muscles.recruitment.normalizers import ReachableMaximum
 from models import leg, planar_arm
 
 from ..opensim import loop_models
+from ..runs import plugin_run, settings, start_at
 from ..skeleton.system.convert import TAIT_BRYAN, as_bodies
 
 REFERENCE = 300.0  # N, a third less than what the leg's knee bears at most by squares
@@ -80,9 +81,9 @@ METHODS = {
 def test_nothing_that_keeps_the_torques_costs_less(method):
     """Along directions that change no torque, the slopes of the sum of squares and of the joint's
     load, which is the analysis', cancel out."""
-    model, (run, settings) = leg.build(), METHODS[method]
-    settings = replace(settings, criterion=em.JointLoad("knee", REFERENCE))
-    result = run(model, leg.motion(), settings=settings)
+    model, (run, given) = leg.build(), METHODS[method]
+    given = replace(given, criterion=em.JointLoad("knee", REFERENCE))
+    result = run(model, leg.motion(), settings=given)
     times, m, none = result.time.size, len(model.muscles), np.empty((2, 0))
     arms = analysis.muscle_analysis(model, result)["moment_arm"].reshape(times, -1, m)
     joints, checked = model_joints(model, ["knee"]), 0
@@ -108,12 +109,12 @@ def test_nothing_that_keeps_the_torques_costs_less(method):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_the_knee_bears_less(method):
-    run, settings = METHODS[method]
+    run, given = METHODS[method]
     criteria = (em.SquaredForces(), em.JointLoad("knee", REFERENCE), em.JointLoad("knee", 30.0))
     peak, mean, squares = [], [], []
     for criterion in criteria:
         model = leg.build()
-        result = run(model, leg.motion(), settings=replace(settings, criterion=criterion))
+        result = run(model, leg.motion(), settings=replace(given, criterion=criterion))
         assert result.counts.not_preferred == 0 and not result.torques_unmet.any()
         size = np.linalg.norm(analysis.joint_loads(model, result, ["knee"])["force"], axis=1)
         N = np.maximum(result.force_max, 1e-3 * model.muscles.max_isometric_force)
@@ -123,6 +124,23 @@ def test_the_knee_bears_less(method):
     assert peak[1] < 0.94 * peak[0] and mean[1] < 0.96 * mean[0]
     assert peak[2] < 0.91 * peak[0] and mean[2] < 0.94 * mean[0]
     assert squares[0] < squares[1] < 1.05 * squares[0] < squares[2] < 1.1 * squares[0]
+
+
+def test_in_runs_of_the_users_own():
+    """Twice within one plugin, of an `mbs` that is held."""
+    model, motion = leg.build(), leg.motion()
+    chosen = em.CosimulationSettings(
+        scheme=em.Scheme.FULL, criterion=em.JointLoad("knee", REFERENCE)
+    )
+    plugin = em.CosimulationPlugin(model, motion, chosen)
+    run, results = settings(0.01, 0.1), []
+    for _ in range(2):
+        start_at(model, motion)
+        results.append(plugin_run(model, plugin, run))
+    whole = em.cosimulate(model, motion, settings=chosen)
+    for result in results:
+        found = result.tendon_forces
+        np.testing.assert_allclose(found, whole.tendon_forces[: len(found)], rtol=1e-5, atol=1e-3)
 
 
 def test_what_is_refused_is_refused_before_a_run(tmp_path):
