@@ -70,7 +70,7 @@ def test_an_interval_that_is_no_number_of_samples(write):
 
 def test_the_exponent_and_what_forces_are_divided_by(write):
     assert load(write(activation_exponent=3)).settings.criterion == em.PoweredForces(3.0)
-    for asked, taken in ((1, em.SquaredForces()), (12, em.PoweredForces(5.0))):
+    for asked, taken in ((1, em.SquaredForces()), (12, em.PoweredForces(10.0))):
         with pytest.warns(em.ModelFileWarning, match=f"activation_exponent: {asked}: here it is"):
             assert load(write(activation_exponent=asked)).settings.criterion == taken
     setup = load(write(use_muscle_physiology="false"))
