@@ -209,5 +209,5 @@ def test_nothing_else_writes():
     assert found == {
         ("make_deprecated.py", "write_text"),  # a model for OpenSim, to be thrown away
         ("journal.py", "open to write"),  # line by line, each on the disk before the next one
-        ("study.py", "to_csv"),  # to the standard output
+        ("study.py", "to_csv"),  # a text, for disk.py
     }
