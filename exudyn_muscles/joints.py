@@ -13,7 +13,7 @@ from .forces.actuator_table import actuator_table
 from .forces.actuators import Reserve
 from .model import MusculoskeletalModel
 from .skeleton.closed import Closed
-from .skeleton.joints import Balance, JointLoads
+from .skeleton.joints import Balance, JointFrame, JointLoads
 from .skeleton.skeleton import Skeleton
 from .skeleton.system.joints import SystemJoint, SystemJointLoads, system_joints
 from .skeleton.system.opened import OpenedSystem
@@ -70,6 +70,14 @@ class Joints(ABC):
     ) -> JointLoads:
         """Loads at the current state of a run, where coordinates and speeds are `q`, `v` (n,),
         under forces of muscles (m,) and ideal actuators (r,)."""
+
+
+def check_frame(expressed_in: JointFrame) -> None:
+    """Raise ParameterError unless it is one."""
+    if not isinstance(expressed_in, JointFrame):
+        raise ParameterError(
+            f"expressed_in = {expressed_in!r} is not one of {', '.join(map(str, JointFrame))}"
+        )
 
 
 def joint_names(model: MusculoskeletalModel) -> tuple[str, ...]:

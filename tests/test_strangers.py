@@ -19,6 +19,7 @@ import exudyn_muscles as em
 from exudyn_muscles import cli
 from exudyn_muscles.cli import sources
 from exudyn_muscles.files import disk as files
+from exudyn_muscles.files import python as python_module
 from exudyn_muscles.files import storage as storage_module
 from exudyn_muscles.opensim import document
 from exudyn_muscles.opensim.bodies import Bodies
@@ -46,7 +47,7 @@ READERS = {
 }  # fmt: skip
 LIMITS = {
     ".osim": document.LARGEST, ".xml": document.LARGEST, ".sto": storage_module.LARGEST,
-    ".mot": storage_module.LARGEST, ".npz": LARGEST, ".py": sources.LARGEST,
+    ".mot": storage_module.LARGEST, ".npz": LARGEST, ".py": python_module.LARGEST,
 }  # fmt: skip
 
 

@@ -134,7 +134,14 @@ class EMG:
         return replace(self, values=self.values / size)
 
     def delayed(self, delay: float) -> EMG:
-        """As it acts, the electromechanical `delay` [s] later."""
+        """As it acts, the electromechanical `delay` [s] later.
+
+        Raises
+        ------
+        ParameterError
+            It is outside [-1, 1] s.
+        """
+        number_within("delay", delay, -1.0, 1.0, "s")
         return replace(self, time=self.time + delay)
 
     def at(self, name: str, t: np.ndarray) -> np.ndarray:
@@ -162,6 +169,10 @@ class EMG:
         ParameterError
             There is no such EMG, or values are outside [0, 1]; names it.
         """
+        if not isinstance(muscles, Mapping):
+            raise ParameterError(
+                f"muscles: muscle -> name of its EMG was expected, got {muscles!r}"
+            )
         shifted = self.delayed(delay)
         found = {}
         for muscle, name in muscles.items():

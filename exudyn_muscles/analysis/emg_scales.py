@@ -20,6 +20,8 @@ from .emg import DELAY, EMG
 CLOSE = 1e-4  # of a scale
 # Of a scale: EMG over its largest value is at most one, and muscles are hardly all but idle.
 LEAST = 1e-3
+# Of a motion so much may lie outside of the record [s]: a usual delay, and some more.
+LACK = 0.1
 
 
 class Scaled(NamedTuple):
@@ -69,12 +71,20 @@ def fit_emg_scales(
     Raises
     ------
     ParameterError
-        As `EMG.courses` and `Followed`, or scales still change by more than 1e-4 after all
-        rounds.
+        As `EMG.courses` and `Followed`, EMG does not cover the motion, or scales still change by
+        more than 1e-4 after all rounds.
     """
     courses = emg.courses(muscles, delay=delay)
     names = list(courses)
     largest = np.array([x.max() for _, x in courses.values()])
+    if not names:
+        raise ParameterError("muscles: no EMG is given")
+    times = next(iter(courses.values()))[0]
+    if not (times[0] <= motion.start + LACK and motion.end - LACK <= times[-1]):
+        raise ParameterError(
+            f"EMG from {times[0]:g} to {times[-1]:g} s, {delay:g} s later than measured, does not "
+            f"cover the motion from {motion.start:g} to {motion.end:g} s"
+        )
     if not (largest > 0.0).all():
         raise ParameterError(f"EMG of '{names[int(largest.argmin())]}' is zero throughout")
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..errors import UnknownForcesWarning, warn
-from ..joints import Recorded, model_joints
+from ..joints import Recorded, check_frame, model_joints
 from ..model import MusculoskeletalModel
 from ..results.trajectory import Trajectory
 from ..skeleton.joints import JointFrame
@@ -58,7 +58,7 @@ def joint_loads(
     Raises
     ------
     ParameterError
-        There is no such joint, or the trajectory is of another model.
+        There is no such joint or frame, or the trajectory is of another model.
     ModelError
         The skeleton is a tree with other bodies beside it, whose state a trajectory lacks.
 
@@ -67,6 +67,7 @@ def joint_loads(
     UnknownForcesWarning
         The motion needs torques that nothing known gives, such as those of PreStep functions.
     """
+    check_frame(expressed_in)
     check_fits(model, result)
     found, times = model_joints(model, joints), result.time.size
     states = Recorded(

@@ -18,6 +18,8 @@ from .muscles import fibers_along
 from .table import Table, tabulated
 
 LEAST = 1e-6  # of what is divided by
+# What numbers in other units are outside of: N/cm^2 and g/cm^3 among them.
+TENSION, DENSITY = (1e4, 1e7), (500.0, 2000.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,8 +55,8 @@ class Tissue:
 
     def __post_init__(self) -> None:
         number_within("Tissue: slow_twitch_ratio", self.slow_twitch_ratio, 0.0, 1.0)
-        number_within("Tissue: specific_tension", self.specific_tension, LEAST, np.inf)
-        number_within("Tissue: density", self.density, LEAST, LARGEST)
+        number_within("Tissue: specific_tension", self.specific_tension, *TENSION, "N/m^2")
+        number_within("Tissue: density", self.density, *DENSITY, "kg/m^3")
         if self.mass is not None:
             number_within("Tissue: mass", self.mass, LEAST, LARGEST)
 

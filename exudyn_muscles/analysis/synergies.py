@@ -23,7 +23,7 @@ def fit_synergies(result: Trajectory, count: int) -> dict[str, tuple[float, ...]
     result : Trajectory
         Its activations.
     count : int
-        Number of modes, less than there are muscles.
+        Number of modes, at most as many as there are muscles.
 
     Returns
     -------
@@ -40,6 +40,8 @@ def fit_synergies(result: Trajectory, count: int) -> dict[str, tuple[float, ...]
     from sklearn.decomposition import NMF  # slow to import
 
     m = len(result.muscle_names)
+    if not m:
+        raise ParameterError("the result has no muscles")
     number_within("count", count, 1, m)
     if count != int(count):
         raise ParameterError(f"count = {count} is no whole number")

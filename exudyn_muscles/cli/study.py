@@ -85,7 +85,8 @@ def study(arguments: argparse.Namespace) -> int:
     if given.samples.design and len(given.sources) == 1:
         for outcome in given.columns:
             _write_indices(given, table, outcome.name, out, arguments.figures)
-    return FAILED if (table["status"] == "died").any() else 0
+    nothing = table["status"].isin(["failed", "died"]).all()
+    return FAILED if nothing or (table["status"] == "died").any() else 0
 
 
 def summary(table: pandas.DataFrame) -> str:

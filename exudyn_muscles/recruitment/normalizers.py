@@ -71,5 +71,7 @@ def volume_weights(muscles: MuscleSet) -> dict[str, float]:
     dict of str to float
         For `weights` of a method's settings.
     """
+    if not len(muscles):
+        return {}
     volume = muscles.max_isometric_force * muscles.optimal_fiber_length
     return dict(zip(muscles.names, map(float, volume / volume.mean()), strict=True))

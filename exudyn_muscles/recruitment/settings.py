@@ -67,8 +67,12 @@ class RecruitmentSettings:
             raise ParameterError(f"solver = {self.solver!r} is not one of {list(Solver)}")
         if not callable(self.normalizer):
             raise ParameterError(f"normalizer = {self.normalizer!r} is not a function")
-        if not callable(getattr(self.criterion, "prepare", None)):
-            raise ParameterError(f"criterion = {self.criterion!r} has no function prepare")
+        if isinstance(self.criterion, type) or not callable(
+            getattr(self.criterion, "prepare", None)
+        ):
+            raise ParameterError(
+                f"criterion = {self.criterion!r} is no object with a function prepare"
+            )
         self._keep_each("coordinate_weights", 1e-6, 1e6)
         for name in ("weights", "control_limits"):
             if not isinstance(getattr(self, name), Mapping):

@@ -10,7 +10,7 @@ import numpy as np
 from exudyn.itemInterface import SensorUserFunction
 
 from ..errors import ParameterError
-from ..joints import model_joints
+from ..joints import check_frame, model_joints
 from ..muscle.dynamics import fiber_lengths
 from ..skeleton.assembly import assembled_anew
 from ..skeleton.hold import hold
@@ -91,10 +91,11 @@ def joint_load_sensor(
     Raises
     ------
     ParameterError
-        There is no such joint.
+        There is no such joint or frame.
     ModelError
         A run is attached to the `mbs`, or as `analysis.joint_loads`.
     """
+    check_frame(expressed_in)
     model, mbs = plugin.model, plugin.model.mbs
     joints = model_joints(model, [joint])
 

@@ -11,7 +11,7 @@ from ..errors import LONGEST_WORD, ExudynMusclesWarning, cut
 from ..results.trajectory import Trajectory
 from .method import run_method
 from .outcomes import values
-from .parameters import changed_model, changed_motion
+from .parameters import changed_model, changed_motion, check_name
 from .source import Subject
 from .study import Row, Run, Study
 
@@ -54,9 +54,13 @@ def evaluate(study: Study, parameters: Mapping[str, float]) -> dict[str, float]:
 
     Raises
     ------
+    StudyError
+        A name is that of no parameter.
     ExudynMusclesError
         As the run does.
     """
+    for name in parameters:
+        check_name(name)
     run = study.run_with(parameters)
     subject, result = _result(run)
     names = (outcome.name for outcome in run.outcomes)

@@ -131,14 +131,19 @@ class _Torques:
         if not isinstance(model.skeleton, Skeleton):
             raise ParameterError("identification: a model on a kinematic tree was expected")
         v = np.zeros_like(q) if record.speeds is None else np.asarray(record.speeds, dtype=float)
-        a = np.tile(model.muscles.minimum_activation, (len(q), 1))
-        if record.activations is not None:
-            a = np.maximum(a, record.activations)
-        if not q.shape == v.shape == measured.shape == (len(q), n) or a.shape != (len(q), m):
+        a = np.zeros((len(q), m)) if record.activations is None else np.asarray(record.activations)
+        given = {"coordinates": q, "torques": measured, "speeds": v, "activations": a}
+        for name, values in given.items():
+            shape = len(q), m if name == "activations" else n
+            if values.shape != shape:
+                raise ParameterError(f"record: {name} {shape} were expected, got {values.shape}")
+            if name != "torques" and not np.isfinite(values).all():
+                raise ParameterError(f"record: {name} have values that are no numbers")
+        if not ((a >= 0.0) & (a <= 1.0)).all():
             raise ParameterError(
-                f"record: coordinates, torques and speeds (k, {n}) and activations (k, {m}) were "
-                f"expected, got {q.shape}, {measured.shape}, {v.shape}, {a.shape}"
+                f"record: activations from {a.min():g} to {a.max():g} are outside [0, 1]"
             )
+        a = np.maximum(a, model.muscles.minimum_activation)
         self.initial = list(model.muscles)
         self._slack, self._strong = slack, strong
         self._known = np.isfinite(measured)
@@ -194,6 +199,8 @@ class _Torques:
 
 
 def _numbers(model: MusculoskeletalModel, names: Iterable[str]) -> list[int]:
+    if isinstance(names, str):
+        raise ParameterError(f"names of muscles, such as ['{names}'], were expected, got '{names}'")
     there, chosen = model.muscles.names, list(names)
     for name in chosen:
         if name not in there:

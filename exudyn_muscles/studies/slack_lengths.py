@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..model import MusculoskeletalModel
-from ..motion import Motion
+from ..motion import Motion, check_motion
 from ..muscle.equilibrium import equilibrium
 from ..muscle.parameters import RANGES, Muscle, MuscleSet
 
@@ -51,6 +51,8 @@ def choose_tendon_slack_lengths(
 
     Raises
     ------
+    MotionError
+        The motion is one of other coordinates.
     ParameterError
         A fibre does not stay within the range whatever its tendon, or the path is too short for
         it: names all such muscles and the optimal fibre lengths that would do.
@@ -62,9 +64,13 @@ def choose_tendon_slack_lengths(
     >>> chosen = choose_tendon_slack_lengths(model, motion, (0.4, 1.4))
     >>> model.replace(muscles=chosen).check_lengths(motion([0.0, 0.5])[0])
     """
-    low, high = fiber_range
+    try:
+        low, high = map(float, fiber_range)
+    except (TypeError, ValueError):
+        low = high = 0.0
     if not 0.0 < low < high:
         raise ParameterError(f"fiber_range = {fiber_range!r} are not two increasing numbers")
+    check_motion(motion, model.coordinates)
     muscles = list(model.muscles)
     there = [muscle.name for muscle in muscles]
     chosen = there if names is None else list(names)

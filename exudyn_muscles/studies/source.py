@@ -117,6 +117,9 @@ class PythonFile:
     file: Path
     arguments: Mapping[str, Any] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "file", Path(self.file))
+
     @property
     def name(self) -> str:
         """Of the file."""
@@ -181,6 +184,10 @@ class OsimFile(_WithoutArguments):
     cutoff: float | None = None
     in_degrees: bool | None = None
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "file", Path(self.file))
+        object.__setattr__(self, "motion", Path(self.motion))
+
     @property
     def name(self) -> str:  # type: ignore[override]
         """Of the model's file."""
@@ -212,6 +219,9 @@ class SetupFile(_WithoutArguments):
 
     file: Path
     in_degrees: bool | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "file", Path(self.file))
 
     @property
     def name(self) -> str:  # type: ignore[override]

@@ -163,3 +163,13 @@ def test_wrong_numbers_of_modes_and_silent_emg_are_named(model, motion, stiff):
 def test_what_filters_leave_below_zero_is_zero():
     emg = EMG(("a",), np.array([0.0, 1.0, 2.0]), np.array([[-0.02], [0.5], [1.0]]))
     np.testing.assert_array_equal(emg.courses({"x": "a"}, delay=0.0)["x"][1], [0.0, 0.5, 1.0])
+
+
+def test_a_delay_in_milliseconds_and_a_record_elsewhere_are_named(model, motion):
+    emg = EMG(("a",), np.array([5.0, 6.0]), np.ones((2, 1)))
+    with pytest.raises(em.ParameterError, match=r"delay = 50 s is outside \[-1, 1\]"):
+        emg.courses({"elbow_flexor": "a"}, delay=50)
+    with pytest.raises(
+        em.ParameterError, match=r"EMG from 5.05 to 6.05 s.* does not cover the motion"
+    ):
+        analysis.fit_emg_scales(model, motion, emg, {"elbow_flexor": "a"})

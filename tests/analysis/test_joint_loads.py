@@ -490,6 +490,11 @@ def test_what_cannot_be_told_is_refused():
         analysis.joint_loads(pendulum.build(), result)
     with pytest.raises(em.ParameterError, match="there is none, or none was named"):
         analysis.joint_loads(model, result, [])
+    for frame in ("ground", None):
+        with pytest.raises(em.ParameterError, match=f"expressed_in = {frame!r} is not one of"):
+            analysis.joint_loads(model, result, expressed_in=frame)
+    with pytest.raises(em.ParameterError, match="expressed_in = 'child' is not one of"):
+        em.joint_load_sensor(csf(model, planar_arm.motion()), "elbow", expressed_in="child")
     with hold(model.mbs), pytest.raises(em.ModelError, match="another run is attached"):
         analysis.joint_loads(model, result)
     with pytest.raises(em.ModelError, match="bodies beside the kinematic tree"):

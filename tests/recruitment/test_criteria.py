@@ -321,6 +321,8 @@ def test_volume_weights_spare_large_muscles():
         (lambda: em.Followed(3), "courses = 3 is no mapping"),
         (lambda: em.Synergies({"a": (1.0,), "b": (1.0, 2.0)}), "'b' has .* expected 1 numbers"),
         (lambda: em.Synergies({"a": (1.0, 2.0), "b": (2.0, 4.0)}), "combinations of others"),
+        (lambda: em.Synergies({"a": (), "b": ()}), r"'a' has \(\), expected 1 numbers"),
+        (lambda: em.Synergies({"a": "x"}), "'a' has 'x', expected 1 numbers"),
     ],
 )
 def test_wrong_criteria_are_named(make, says):
@@ -356,3 +358,8 @@ def test_what_is_not_found_is_said(monkeypatch):
         found = em.static_optimization(planar_arm.build(), motion, settings=settings)
     plain = em.static_optimization(planar_arm.build(), motion)
     np.testing.assert_allclose(found.force_optimal, plain.force_optimal, rtol=1e-6, atol=1e-6)
+
+
+def test_a_class_in_place_of_a_criterion_is_named():
+    with pytest.raises(em.ParameterError, match=r"MinMax.* is no object with a function prepare"):
+        em.StaticSettings(criterion=em.MinMax)

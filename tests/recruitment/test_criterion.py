@@ -116,5 +116,7 @@ def test_powers_out_of_reach_and_out_of_range():
 
 
 def test_something_else_is_an_error():
-    with pytest.raises(em.ParameterError, match="criterion = 3 has no function prepare"):
+    with pytest.raises(
+        em.ParameterError, match="criterion = 3 is no object with a function prepare"
+    ):
         em.StaticSettings(criterion=3)

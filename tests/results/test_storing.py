@@ -116,7 +116,7 @@ def test_results_of_older_versions_are_read(name, tmp_path):
     assert result.system_names == ()
     assert (result.method, result.status, result.windows) == ("static", em.Status.COMPLETE, 3)
     assert result.settings == header["settings"] and result.versions == header["versions"]
-    assert dataclasses.asdict(result.counts) == header["counts"]
+    assert dataclasses.asdict(result.counts) == {"not_preferred": 0, **header["counts"]}
     result.save(tmp_path / "now.npz")
     assert em.Trajectory.load(tmp_path / "now.npz").compare(result) is None
 

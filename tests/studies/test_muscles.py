@@ -129,8 +129,17 @@ def test_records_that_do_not_fit(model):
     q = poses(5)
     with pytest.raises(em.ParameterError, match="there is no muscle 'calf', only gluteus"):
         studies.identify(model, studies.TorqueRecord(q, q), slack_lengths=["calf"])
-    with pytest.raises(em.ParameterError, match=r"\(k, 6\) and activations \(k, 19\) were"):
-        studies.identify(model, studies.TorqueRecord(q, q[:, :5]), slack_lengths=["soleus"])
+    wrong = [
+        (studies.TorqueRecord(q, q[:, :5]), r"torques \(5, 6\) were expected, got \(5, 5\)"),
+        (studies.TorqueRecord(q, q, np.ones((5, 3))), r"activations \(5, 19\) were expected"),
+        (studies.TorqueRecord(q, q, np.full((5, 19), 2.0)), r"activations from 2 to 2 are outside"),
+        (studies.TorqueRecord(q * np.nan, q), "coordinates have values that are no numbers"),
+    ]
+    for record, says in wrong:
+        with pytest.raises(em.ParameterError, match=says):
+            studies.identify(model, record, slack_lengths=["soleus"])
+    with pytest.raises(em.ParameterError, match=r"such as \['soleus'\], were expected"):
+        studies.identify(model, studies.TorqueRecord(q, q), slack_lengths="soleus")
     nothing = studies.TorqueRecord(q, np.full_like(q, np.nan))
     with pytest.raises(em.ParameterError, match="0 torques for 1 unknowns"):
         studies.identify(model, nothing, slack_lengths=["soleus"])
@@ -172,6 +181,14 @@ def test_fibers_that_cannot_stay_within_the_range(model):
     text = str(failure.value)
     assert "'gluteus_maximus' from" in text and "'peroneus_longus' from 0.942 to 1.06" in text
     assert text.count("of at least some") > 10
+
+
+def test_ranges_and_motions_that_are_wrong(model):
+    for wrong in ((1,), "a", (1.2, 0.5)):
+        with pytest.raises(em.ParameterError, match="are not two increasing numbers"):
+            studies.choose_tendon_slack_lengths(model, leg.motion(), wrong)
+    with pytest.raises(em.MotionError):
+        studies.choose_tendon_slack_lengths(model, planar_arm.motion(), (0.5, 1.3))
 
 
 def test_a_path_that_is_too_short():

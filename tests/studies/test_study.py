@@ -356,6 +356,8 @@ def test_evaluate_raises_what_a_run_would_keep():
     assert studies.evaluate(given, {})["peak"] > 0.0
     with pytest.raises(em.ParameterError, match="outside"):
         studies.evaluate(given, {"*.max_isometric_force": 0.0})
+    with pytest.raises(em.StudyError, match="foo"):
+        studies.evaluate(given, {"foo": 1.0})
 
 
 def test_several_sources_and_warnings():

@@ -87,12 +87,16 @@ class Synergies:
         number_within("weight", self.weight, 0.0, LARGEST_WEIGHT)
         if not (isinstance(self.modes, Mapping) and self.modes):
             raise ParameterError(f"modes = {self.modes!r} is no mapping of muscles' names")
-        kept = {name: tuple(np.atleast_1d(row).astype(float)) for name, row in self.modes.items()}
-        count = len(next(iter(kept.values())))
-        for name, row in kept.items():
-            if len(row) != count or not all(0.0 <= x < np.inf for x in row):
+        count = np.size(next(iter(self.modes.values())))
+        kept = {}
+        for name, row in self.modes.items():
+            try:
+                kept[name] = tuple(float(x) for x in np.atleast_1d(row))
+            except (TypeError, ValueError):
+                kept[name] = (-1.0,)
+            if not 0 < len(kept[name]) == count or not all(0.0 <= x < np.inf for x in kept[name]):
                 raise ParameterError(
-                    f"modes: '{name}' has {row}, expected {count} numbers of at least 0"
+                    f"modes: '{name}' has {row!r}, expected {max(count, 1)} numbers of at least 0"
                 )
         W = np.array(list(kept.values()))
         if np.linalg.matrix_rank(W) < count:
