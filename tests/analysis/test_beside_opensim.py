@@ -142,7 +142,7 @@ def test_what_metabolic_power_refuses():
         analysis.metabolic_power(model, result, tissue=3)
     with pytest.raises(em.ParameterError, match=r"slow_twitch_ratio = 1\.5 is outside"):
         Tissue(slow_twitch_ratio=1.5)
-    with pytest.raises(em.ParameterError, match="specific_tension = 25.0"):
+    with pytest.raises(em.ParameterError, match=r"specific_tension = 25\.0"):
         Tissue(specific_tension=25.0)
     with pytest.raises(em.ParameterError, match=r"density = 1\.06 kg"):
         Tissue(density=1.06)
