@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 import exudyn_muscles as em
+from exudyn_muscles.recruitment.normalizers import SMALLEST_SHARE
 from models import leg
 
 from ..opensim import REFERENCE
@@ -111,11 +112,28 @@ def linear_between(model, motion):
     print(f"activations off the line: {np.max(off):.3g} at most, {np.mean(off):.3g} in the mean")
 
 
+def knee_loads():
+    """What the knee of the leg bears by static optimization, and what that costs in squares."""
+    print("\n| criterion | largest load | mean load | squares |")
+    print("|---|---|---|---|")
+    spared = [em.JointLoad("knee", force) for force in (1000.0, 300.0, 30.0)]
+    for criterion in (em.SquaredForces(), *spared):
+        model = leg.build()
+        settings = em.StaticSettings(criterion=criterion)
+        result = em.static_optimization(model, leg.motion(), settings=settings)
+        loads = em.analysis.joint_loads(model, result, ["knee"])
+        size = np.linalg.norm(loads["force"], axis=1)
+        N = np.maximum(result.force_max, SMALLEST_SHARE * model.muscles.max_isometric_force)
+        squares = ((result.force_optimal / N) ** 2).sum(axis=1).mean()
+        print(f"| `{criterion}` | {size.max():.0f} N | {size.mean():.0f} N | {squares:.3f} |")
+
+
 def main():
     warnings.simplefilter("ignore", em.ExudynMusclesWarning)
     print("leg of `models/leg.py`:\n")
     table(leg.build(), leg.motion(), {})
     linear_between(leg.build(), leg.motion())
+    knee_loads()
     if WALK.is_file():
         print(f"\n{WALK.parent.name}, the published CMC set-up:\n")
         setup = em.opensim.load_setup(WALK)
