@@ -88,7 +88,7 @@ def test_the_command(write, tmp_path, capsys):
 def test_what_fails_is_told(write, tmp_path, capsys):
     wrong = STUDY.replace("[0.9, 1.1]", "[-0.5, -0.1]").replace("morris", "latin_hypercube")
     file = write(wrong.replace("count = 2", "count = 7"))
-    assert cli.main(["study", str(file), "--out", str(tmp_path / "out"), "--quiet"]) == 0
+    assert cli.main(["study", str(file), "--out", str(tmp_path / "out"), "--quiet"]) == 2
     printed = capsys.readouterr().out.splitlines()
     assert printed[0] == "7 runs: 7 failed" and printed[6] == "  and 2 more"
     assert printed[1].startswith("  run 0 failed: ParameterError: muscle 'left': max_isometric_")
