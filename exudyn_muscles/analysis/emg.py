@@ -146,10 +146,7 @@ class EMG:
 
     def at(self, name: str, t: np.ndarray) -> np.ndarray:
         """Values of one muscle at times `t`, linear in between; NaN outside of the record."""
-        if name not in self.names:
-            raise ParameterError(f"EMG: there is no '{name}', only {', '.join(self.names)}")
-        x = self.values[:, self.names.index(name)]
-        return np.interp(t, self.time, x, left=np.nan, right=np.nan)
+        return np.interp(t, self.time, self._of(name), left=np.nan, right=np.nan)
 
     def courses(
         self, muscles: Mapping[str, str], *, delay: float = DELAY
@@ -169,14 +166,11 @@ class EMG:
         ParameterError
             There is no such EMG, or values are outside [0, 1]; names it.
         """
-        if not isinstance(muscles, Mapping):
-            raise ParameterError(
-                f"muscles: muscle -> name of its EMG was expected, got {muscles!r}"
-            )
+        _check_names(muscles)
         shifted = self.delayed(delay)
         found = {}
         for muscle, name in muscles.items():
-            x = shifted.at(name, shifted.time)
+            x = shifted._of(name)
             if not (np.isfinite(x).all() and x.max() <= 1.0 and x.min() >= -RINGING * x.max()):
                 raise ParameterError(
                     f"EMG of '{name}' is within [{x.min():g}, {x.max():g}]; excitations are "
@@ -203,6 +197,12 @@ class EMG:
             )
             for muscle, (t, x) in self.courses(muscles, delay=delay).items()
         }
+
+    def _of(self, name: str) -> np.ndarray:
+        """The values (k,) of one muscle."""
+        if name not in self.names:
+            raise ParameterError(f"EMG: there is no '{name}', only {', '.join(self.names)}")
+        return self.values[:, self.names.index(name)]
 
     def _step(self) -> float:
         steps = np.diff(self.time)
@@ -258,8 +258,7 @@ def compare_emg(
         `muscles` is no mapping, a muscle or EMG is not there, or the two have no ten windows in
         common.
     """
-    if not isinstance(muscles, Mapping):
-        raise ParameterError(f"muscles: muscle -> name of its EMG was expected, got {muscles!r}")
+    _check_names(muscles)
     shifted, t = emg.delayed(delay), 0.5 * (result.window_time[:-1] + result.window_time[1:])
     found = {}
     for muscle, name in muscles.items():
@@ -276,6 +275,11 @@ def compare_emg(
         mine = result.excitation_values[known, result.muscle_names.index(muscle)]
         found[muscle] = _agreement(t[known], mine, measured[known])
     return found
+
+
+def _check_names(muscles: Mapping[str, str]) -> None:
+    if not isinstance(muscles, Mapping):
+        raise ParameterError(f"muscles: muscle -> name of its EMG was expected, got {muscles!r}")
 
 
 def _agreement(t: np.ndarray, mine: np.ndarray, measured: np.ndarray) -> Agreement:

@@ -65,7 +65,7 @@ def feasible_forces(model: MusculoskeletalModel, result: Trajectory) -> Table:
     least, largest = np.empty((2, ends.size, len(names)))
     activations = np.empty((3, ends.size, len(names)))
     windows = Windows(model.muscles, DEFAULT_TOLERANCE, Integrator.TRAPEZOIDAL)
-    lowest = np.array([model.muscles.minimum_activation, np.ones(len(names))])
+    u = np.array([model.muscles.minimum_activation, np.ones(len(names))])
     for k, (t, geometry) in enumerate(zip(ends, at, strict=True)):
         F, low, high = result.force_optimal[k], result.force_min[k], result.force_max[k]
         # Forces that a step really ended with may be off their limits by a window's tolerance.
@@ -76,7 +76,7 @@ def feasible_forces(model: MusculoskeletalModel, result: Trajectory) -> Table:
             raise RecruitmentError(f"window that ends at t = {t:g} s: {error}") from error
         a, l_t = result.activations[rows[k]], result.tendon_lengths[rows[k]]
         state = MuscleState(a, l_t, before.length, before.lengthening_speed)
-        window = open_window(windows, state, t - result.window_time[k], lowest)
+        window = open_window(windows, state, t - result.window_time[k], u)
         reach = reach_end(window, geometry.length, geometry.lengthening_speed)
         for each, force in zip(activations, (least[k], F, largest[k]), strict=True):
             each[k] = excite(reach, np.clip(force, reach.low, reach.high)).activation

@@ -86,6 +86,10 @@ class ScaledProblem(qpsolvers.Problem):
         """How the cost grows with every unknown (m,)."""
         return x
 
+    def program(self, P: np.ndarray, q: np.ndarray) -> qpsolvers.Problem:
+        """min x P x / 2 + q x subject to the same rows and bounds."""
+        return qpsolvers.Problem(P, q, A=self.A, b=self.b, lb=self.lb, ub=self.ub)
+
     def solved(self, ask: Callable[[qpsolvers.Problem], Answer]) -> Answer:
         """The solution, of a solver that can be asked for that of any quadratic program."""
         return ask(self)

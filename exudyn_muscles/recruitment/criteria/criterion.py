@@ -15,6 +15,9 @@ from ..problem import ScaledProblem
 
 Problems = Callable[[Demand], ScaledProblem]
 
+# Of what a criterion adds, beside the squares; beyond it these are rounding.
+LARGEST_WEIGHT = 1e6
+
 
 class Criterion(Protocol):
     """Anything with a `prepare`; see `SquaredForces`."""

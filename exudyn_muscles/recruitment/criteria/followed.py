@@ -16,10 +16,8 @@ from ..certificate import ACCEPTED
 from ..demand import Demand
 from ..limits import course_at, course_nodes
 from ..problem import Answer, ScaledProblem
-from .criterion import Problems
+from .criterion import LARGEST_WEIGHT, Problems
 from .quantity import Quantity, counted
-
-LARGEST_WEIGHT = 1e6  # beyond it the rest is rounding
 
 
 class FollowedProblem(ScaledProblem):
@@ -45,7 +43,7 @@ class FollowedProblem(ScaledProblem):
     def solved(self, ask: Callable[[qpsolvers.Problem], Answer]) -> Answer:
         """The solution of one quadratic program."""
         P, q = np.diag(self._stiffness), -self._stiffness * self._least
-        return ask(qpsolvers.Problem(P, q, A=self.A, b=self.b, lb=self.lb, ub=self.ub))
+        return ask(self.program(P, q))
 
 
 @dataclass(frozen=True)

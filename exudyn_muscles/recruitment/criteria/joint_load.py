@@ -15,9 +15,8 @@ from ...model import MusculoskeletalModel
 from ..certificate import ACCEPTED
 from ..demand import Demand
 from ..problem import Answer, ScaledProblem
-from .criterion import Problems
+from .criterion import LARGEST_WEIGHT, Problems
 
-LARGEST_WEIGHT = 1e6  # of a joint's squared force over that of a muscle; beyond it is rounding
 SMALLEST, LARGEST = 1e-9, 1e9  # N
 
 
@@ -40,7 +39,7 @@ class JointLoadProblem(ScaledProblem):
         """The solution of one quadratic program."""
         B = self._slopes
         P, q = np.eye(B.shape[1]) + B.T @ B, B.T @ self._constant
-        return ask(qpsolvers.Problem(P, q, A=self.A, b=self.b, lb=self.lb, ub=self.ub))
+        return ask(self.program(P, q))
 
 
 @dataclass(frozen=True)

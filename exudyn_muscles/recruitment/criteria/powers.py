@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import ClassVar
 
 import numpy as np
 import qpsolvers
@@ -49,7 +50,7 @@ class PoweredProblem(ScaledProblem):
         What lies between two points within reach is within reach: a step that makes the cost larger
         is halved.
         """
-        answer = ask(self._program(np.ones(self.lb.size), -self._zero))
+        answer = ask(self.program(np.eye(self.lb.size), -self._zero))
         if answer is None:
             return None
         x, y = answer
@@ -62,7 +63,8 @@ class PoweredProblem(ScaledProblem):
                 curvature = (self._power - 1.0) * np.maximum(
                     z ** (self._power - 2.0) + SQUARES / (self._power - 1.0), flattest
                 )
-                answer = ask(self._program(curvature, self._slope(x, s) - curvature * x))
+                slope = self._slope(x, s) - curvature * x
+                answer = ask(self.program(np.diag(curvature), slope))
                 if answer is None:
                     break
                 step, part, most = answer[0] - x, 1.0, ROUNDED * self._cost(x, s)
@@ -75,11 +77,6 @@ class PoweredProblem(ScaledProblem):
         """What the optimality conditions say of an answer."""
         return kkt_residual(x, self._slope(x, y[-1]), y[:-1], self.A, self.b, self.lb, self.ub)
 
-    def _program(self, curvature: np.ndarray, slope: np.ndarray) -> qpsolvers.Problem:
-        return qpsolvers.Problem(
-            np.diag(curvature), slope, A=self.A, b=self.b, lb=self.lb, ub=self.ub
-        )
-
     def _slope(self, x: np.ndarray, s: float) -> np.ndarray:
         """How the cost grows with every unknown (m,)."""
         z = (x - self._zero) / s
@@ -91,7 +88,22 @@ class PoweredProblem(ScaledProblem):
 
 
 @dataclass(frozen=True)
-class PoweredForces:
+class _Powered:
+    """What the criteria below have in common."""
+
+    exponent: float
+    _quantity: ClassVar[Quantity]
+
+    def __post_init__(self) -> None:
+        number_within("exponent", self.exponent, 2.0, LARGEST_EXPONENT)
+
+    def prepare(self, model: MusculoskeletalModel) -> Problems:
+        """See `Criterion`."""
+        return partial(PoweredProblem, power=self.exponent, quantity=self._quantity)
+
+
+@dataclass(frozen=True)
+class PoweredForces(_Powered):
     """The least sum of |F_i / N_i|^exponent, as of muscle endurance with 3.
 
     The larger the exponent, the more evenly muscles share. A millionth of the squares is added,
@@ -108,18 +120,11 @@ class PoweredForces:
         It is not; names it.
     """
 
-    exponent: float
-
-    def __post_init__(self) -> None:
-        number_within("exponent", self.exponent, 2.0, LARGEST_EXPONENT)
-
-    def prepare(self, model: MusculoskeletalModel) -> Problems:
-        """See `Criterion`."""
-        return partial(PoweredProblem, power=self.exponent, quantity=Quantity.FORCE)
+    _quantity = Quantity.FORCE
 
 
 @dataclass(frozen=True)
-class PoweredActivations:
+class PoweredActivations(_Powered):
     """The least sum of the activations' powers, and of those of f / f_optimal of ideal actuators;
     a millionth of the squares is added as of `PoweredForces`.
 
@@ -135,10 +140,4 @@ class PoweredActivations:
     """
 
     exponent: float = 2.0
-
-    def __post_init__(self) -> None:
-        number_within("exponent", self.exponent, 2.0, LARGEST_EXPONENT)
-
-    def prepare(self, model: MusculoskeletalModel) -> Problems:
-        """See `Criterion`."""
-        return partial(PoweredProblem, power=self.exponent, quantity=Quantity.ACTIVATION)
+    _quantity = Quantity.ACTIVATION

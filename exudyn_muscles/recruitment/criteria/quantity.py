@@ -10,7 +10,7 @@ import numpy as np
 from ..demand import Demand
 
 # Of a normalising force, and its inverse: what activations do beyond is hardly a choice.
-SMALLEST_SHARE = 1e-3
+NARROW = 1e-3
 
 
 class Quantity(Enum):
@@ -46,6 +46,6 @@ def counted(quantity: Quantity, demand: Demand) -> Counted:
     F_min, N = demand.F_min[:k], demand.N.copy()
     room, width = demand.F_max[:k] - F_min, high - low
     per_unit = np.divide(room, width, out=np.zeros(k), where=(width > 0.0) & (room > 0.0))
-    N[:k] = np.clip(per_unit * demand.cheaper, SMALLEST_SHARE * N[:k], N[:k] / SMALLEST_SHARE)
+    N[:k] = np.clip(per_unit * demand.cheaper, NARROW * N[:k], N[:k] / NARROW)
     zero[:k] = F_min / N[:k] - low / demand.cheaper
     return Counted(demand._replace(N=N), zero, size)

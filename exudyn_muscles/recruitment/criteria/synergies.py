@@ -15,10 +15,8 @@ from ...model import MusculoskeletalModel
 from ..certificate import ACCEPTED
 from ..demand import Demand
 from ..problem import Answer, ScaledProblem
-from .criterion import Problems
+from .criterion import LARGEST_WEIGHT, Problems
 from .quantity import Quantity, counted
-
-LARGEST_WEIGHT = 1e6  # beyond it the rest is rounding
 
 
 class SynergyProblem(ScaledProblem):
