@@ -90,9 +90,11 @@ def _write(stream: FileIO, content: Mapping[str, Any]) -> None:
         while line:  # on a full disk a part of it may go
             line = line[stream.write(line) :]
         os.fsync(stream.fileno())
-    except BaseException:
+    except BaseException as error:
         with suppress(OSError):
             stream.truncate(end)
+        if isinstance(error, OSError):  # which names no file where a disk is full
+            raise OSError(error.errno, error.strerror, str(stream.name)) from error
         raise
 
 

@@ -153,6 +153,7 @@ def test_a_full_disk(tmp_path):
     done = len(lines) - 2
     (note,) = failure.value.__notes__
     assert note.startswith(f"{6 - done} of 6 runs are missing")
+    assert failure.value.filename == str(folder / JOURNAL)
     assert not (folder / TABLE).exists()
     table = studies.run(study(), folder)
     assert (table["status"] == "complete").all()
