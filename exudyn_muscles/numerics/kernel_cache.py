@@ -14,7 +14,7 @@ from numba.core.runtime.nrt import rtsys
 from numba.core.serialize import dumps
 
 from ..files.disk import write_file
-from .turns import begin_turn, end_turn
+from .turns import begin_turn, end_turn, turn_of
 
 logger = logging.getLogger("exudyn_muscles")
 
@@ -34,6 +34,11 @@ def kernel_cache(function: Callable, stamp: str) -> FunctionCache | NullCache:
 class KernelCache(FunctionCache):
     """numba's cache of one function, for which a file that cannot be used is a missing one.
 
+    Attributes
+    ----------
+    turn : str
+        In which it is compiled, see `turns.py`.
+
     Raises
     ------
     RuntimeError
@@ -42,13 +47,13 @@ class KernelCache(FunctionCache):
 
     def __init__(self, function: Callable, stamp: str) -> None:
         super().__init__(function)
-        self._stamp = stamp
+        self.turn = turn_of(stamp, function.__module__, function.__code__.co_filename)
         self._cache_file = _Versions(Path(self.cache_path), self._impl.filename_base, stamp)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """What is stored; None, and its turn to compile, if nothing can be used."""
         found = self._stored(sig, target_context)
-        if found is None and begin_turn(self._stamp):
+        if found is None and begin_turn(self.turn):
             found = self._stored(sig, target_context)
             if found is not None:
                 self.give_up()
@@ -56,7 +61,7 @@ class KernelCache(FunctionCache):
 
     def give_up(self) -> None:
         """End the turn without a compiled kernel."""
-        end_turn(self._stamp)
+        end_turn(self.turn)
 
     def _stored(self, sig: Any, target_context: Any) -> Any:
         # numba's own load_overload first imports all that it can compile, 0.3 s of which a stored
@@ -74,7 +79,7 @@ class KernelCache(FunctionCache):
         except Exception as error:
             _warn_once(NOT_KEPT, self.cache_path, error)
         finally:
-            end_turn(self._stamp)
+            end_turn(self.turn)
 
 
 class _Versions:

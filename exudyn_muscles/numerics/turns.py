@@ -1,5 +1,9 @@
 """Processes of one machine that take turns in compiling, so that the next one loads what the one
-before has compiled."""
+before has compiled.
+
+There is a turn for each room of the package and place where kernels are stored. A room's kernels
+call those of lower rooms only, so that nobody who waits for one is waited for.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +12,11 @@ import os
 import tempfile
 from contextlib import suppress
 from functools import cache
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from numba.core import config
 
 if TYPE_CHECKING:
     from filelock import BaseFileLock
@@ -20,8 +27,15 @@ logger = logging.getLogger("exudyn_muscles")
 LONGEST = 600.0  # s
 
 
-def begin_turn(stamp: str) -> bool:
-    """Wait until no other process compiles kernels of these sources; whether one did.
+def turn_of(stamp: str, module: str, file: str) -> str:
+    """What the turn to compile kernels of a module in a `file`, of sources with this `stamp`, is
+    called."""
+    room, package = module.split(".")[:2], Path(file).parents[max(module.count(".") - 1, 0)]
+    return sha256(f"{stamp} {room} {config.CACHE_DIR} {package}".encode()).hexdigest()[:32]
+
+
+def begin_turn(turn: str) -> bool:
+    """Wait until no other process has this turn; whether one did.
 
     Turns are within turns, as kernels are compiled within the ones that call them. Where there can
     be no lock, everybody has a turn.
@@ -29,26 +43,26 @@ def begin_turn(stamp: str) -> bool:
     from filelock import Timeout  # slow to import, and needed at the first use on a machine alone
 
     try:
-        _lock(stamp).acquire(timeout=0)
+        _lock(turn).acquire(timeout=0)
         return False
     except Timeout:
         logger.warning("waiting for another process, which compiles the muscle kernels")
         with suppress(Timeout):
-            _lock(stamp).acquire(timeout=LONGEST)
+            _lock(turn).acquire(timeout=LONGEST)
     except OSError:
         pass
     return True
 
 
-def end_turn(stamp: str) -> None:
+def end_turn(turn: str) -> None:
     """The next one, if this was the outermost turn."""
     with suppress(OSError):
-        _lock(stamp).release()
+        _lock(turn).release()
 
 
 @cache
-def _lock(stamp: str) -> BaseFileLock:
+def _lock(turn: str) -> BaseFileLock:
     from filelock import FileLock
 
     user = os.getuid() if hasattr(os, "getuid") else os.getlogin()
-    return FileLock(Path(tempfile.gettempdir()) / f"exudyn_muscles-{user}-{stamp[:16]}.lock")
+    return FileLock(Path(tempfile.gettempdir()) / f"exudyn_muscles-{user}-{turn}.lock")

@@ -16,7 +16,7 @@ import pytest
 
 import exudyn_muscles
 from exudyn_muscles.numerics import compilation, curves, kernel_cache, turns
-from exudyn_muscles.numerics.kernel import _stamp, kernel
+from exudyn_muscles.numerics.kernel import kernel
 
 from ..files.test_files import no_file_larger_than
 
@@ -227,14 +227,15 @@ def test_processes_that_compile_at_once(tmp_path):
 
 def test_a_turn_lasts_until_the_outermost_kernel_is_stored(load, monkeypatch):
     """Or others would begin with the outer one while its inner ones are there already."""
-    lock, held = turns._lock(_stamp()), []
+    outer = load()
+    lock, held = turns._lock(outer._cache.turn), []
 
-    def end_turn(stamp):
+    def end_turn(turn):
         held.append(lock.lock_counter)
-        turns.end_turn(stamp)
+        turns.end_turn(turn)
 
     monkeypatch.setattr(kernel_cache, "end_turn", end_turn)
-    assert load()(1.0) == 4.0
+    assert outer(1.0) == 4.0
     assert (held, lock.is_locked) == ([2, 1], False)
 
 
@@ -311,10 +312,11 @@ def test_other_kernels_are_not_spoken_of(listening, caplog):
 
 
 def test_a_failed_compilation_counts_as_ended(load, listening):
+    outer = load("def inner(x):\n    return x\n\ndef outer(x):\n    return inner(x).nothing\n")
     with pytest.raises(Exception, match="Failed in nopython mode"):
-        load("def inner(x):\n    return x\n\ndef outer(x):\n    return inner(x).nothing\n")(1.0)
+        outer(1.0)
     assert listening._open == 0
-    assert not turns._lock(_stamp()).is_locked  # others may have their turn
+    assert not turns._lock(outer._cache.turn).is_locked  # others may have their turn
 
 
 def test_without_a_compiler_there_is_nothing_to_store(tmp_path):
@@ -323,3 +325,19 @@ def test_without_a_compiler_there_is_nothing_to_store(tmp_path):
         env=environment(NUMBA_DISABLE_JIT="1"), capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert done.stdout.splitlines()[-1].startswith("<function evaluate")
+
+
+def test_turns_are_of_rooms_and_of_places(monkeypatch):
+    """Kernels of one room wait for each other, wherever in it they are; others do not."""
+
+    def turn(module, stamp="stamp", folder="/x"):
+        file = f"{folder}/{module.replace('.', '/')}.py"
+        return turns.turn_of(stamp, module, file)
+
+    own = turn("exudyn_muscles.muscle.window")
+    assert own == turn("exudyn_muscles.muscle.laws.thelen_2003")
+    assert own != turn("exudyn_muscles.path.geodesic")
+    assert own != turn("exudyn_muscles.muscle.window", "other")
+    assert own != turn("exudyn_muscles.muscle.window", folder="/y")
+    monkeypatch.setattr(turns.config, "CACHE_DIR", "/elsewhere")
+    assert own != turn("exudyn_muscles.muscle.window")
