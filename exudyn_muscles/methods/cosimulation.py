@@ -23,6 +23,7 @@ from ..results.recorder import Window
 from ..results.trajectory import Trajectory
 from ..simulation.plugin import Plugin
 from ..simulation.run import simulate
+from ..skeleton.tree_rows import TreeRows
 from .consistent import ConsistentScheme
 from .cosimulation_settings import CosimulationSettings, Scheme
 from .coupled import CoupledScheme, CoupledState
@@ -148,6 +149,9 @@ class CosimulationPlugin(Plugin):
 
     def jacobian(self, exact: np.ndarray, mass: float, dq: float, dv: float) -> np.ndarray:
         return self._scheme.jacobian(self.state, exact, mass, dq, dv)
+
+    def slopes(self, tree: TreeRows) -> None:
+        """The control law, or differences, give all rows."""
 
     def accept(self, t_0: float, t_1: float) -> tuple[np.ndarray, Window]:
         state = self.state

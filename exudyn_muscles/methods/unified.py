@@ -26,7 +26,13 @@ from ..simulation.plugin import Plugin
 from ..simulation.solver import request_jacobian
 from ..simulation.state import HANDED_ON, RunState
 from ..skeleton.geometry import Geometry, geometry_tables, tree_geometry
+from ..skeleton.opened import ForceSlopes
 from ..skeleton.skeleton import Skeleton
+from ..skeleton.tree_rows import TreeRows
+
+# Steps for which slopes of Exudyn's forces are kept: with more the iterations that they cost are
+# dearer than they are. Where a step has more evaluations than SLOW they are found anew.
+KEPT, SLOW = 10, 6
 
 
 @kernel(inline=True)
@@ -148,6 +154,10 @@ class UnifiedState(RunState):
         The one that goes on.
     begins : bool
         It has no accepted step yet.
+    slopes : ForceSlopes, optional
+        Those of Exudyn's forces, of a run that makes Newton's matrix.
+    age : int
+        Steps since they were found.
     """
 
     room: StepRoom
@@ -157,6 +167,8 @@ class UnifiedState(RunState):
     reserve_now: np.ndarray = field(init=False)
     recorded: Window = field(init=False, metadata=HANDED_ON)
     begins: bool = False
+    slopes: ForceSlopes | None = field(default=None, metadata=HANDED_ON)
+    age: int = field(default=0, metadata=HANDED_ON)
 
 
 class UnifiedPlugin(Plugin):
@@ -205,6 +217,8 @@ class UnifiedPlugin(Plugin):
         if self.skeleton.width > 1:
             request_jacobian(self.model.mbs)
         state, u = self.state, self.controls(t_0, t_1)
+        if state.alone is not None and (state.slopes is None or state.age >= KEPT):
+            state.slopes, state.age = state.alone.slopes(), 0
         begun, end, first, last = state.ramp
         state.reserve_now = first
         if first.size:
@@ -232,8 +246,13 @@ class UnifiedPlugin(Plugin):
         wanted[:, self.skeleton.free] -= (r.T * (dq * F_l + dv * F_v)) @ r
         return wanted
 
+    def slopes(self, tree: TreeRows) -> ForceSlopes | None:
+        state = self.state
+        return tree.slopes() if state.calls > SLOW else state.slopes
+
     def accept(self, t_0: float, t_1: float) -> tuple[np.ndarray, Window | None]:
         state, room = self.state, self.state.room
+        state.age = KEPT if state.calls > SLOW else state.age + 1
         state.a, state.l_t, length, speed = room.trial[:4].copy()
         state.geometry = Geometry(length, speed, self.skeleton.reduced(room.arms).copy())
         state.reserve = state.reserve_now

@@ -17,10 +17,10 @@ from .kernel_cache import kernel_cache
 # Kernels call each other and freeze constants across these files.
 SOURCES = (
     "numerics", "muscle", "path", "forces", "forces/passive", "skeleton/tree.py",
-    "skeleton/geometry.py", "skeleton/passive.py", "skeleton/dependent.py", "skeleton/closures.py",
-    "skeleton/rotations.py", "skeleton/system/frames.py", "skeleton/system/measuring.py",
-    "skeleton/system/geometry.py", "recruitment", "methods/unified.py", "methods/tracking.py",
-    "methods/course",
+    "skeleton/carried.py", "skeleton/geometry.py", "skeleton/passive.py", "skeleton/dependent.py",
+    "skeleton/closures.py", "skeleton/rotations.py", "skeleton/system/frames.py",
+    "skeleton/system/measuring.py", "skeleton/system/geometry.py", "recruitment",
+    "methods/unified.py", "methods/tracking.py", "methods/course",
 )  # fmt: skip
 
 

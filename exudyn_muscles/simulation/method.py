@@ -8,6 +8,8 @@ import numpy as np
 
 from ..motion import Motion
 from ..results.recorder import Window
+from ..skeleton.opened import ForceSlopes
+from ..skeleton.tree_rows import TreeRows
 from .settings import RunSettings
 from .state import RunState
 
@@ -70,6 +72,11 @@ class Method(ABC):
         mass * M + dq * dR/dq + dv * dR/dq', where dq, dv < 0 are its own factors and R is its
         right-hand side with the muscles' torque held.
         """
+
+    @abstractmethod
+    def slopes(self, tree: TreeRows) -> ForceSlopes | None:
+        """Those from which `exact` is made where this tree is alone; None: `jacobian` does not look
+        at it."""
 
     @abstractmethod
     def accept(self, t_0: float, t_1: float) -> tuple[np.ndarray, Window | None]:

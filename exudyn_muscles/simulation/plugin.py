@@ -36,6 +36,7 @@ from .continuing import RunPoint
 from .ending import fail, judge_tracking, place, warn_of_early_end, warn_of_shortfalls
 from .hooks import Hooks
 from .method import Method
+from .newton import addition, is_alone, whole_matrix
 from .parameters import keep_parameters
 from .settings import RunSettings
 from .solver import (
@@ -43,10 +44,11 @@ from .solver import (
     forget_solver,
     goes_by_newmark,
     last_solver,
-    matrix_triplets,
     put_back_solver,
     request_jacobian,
     running_solver,
+    set_newton_matrix,
+    takes_matrices,
 )  # fmt: skip
 from .start import check_end_time, check_start_time, warn_of_distance
 from .state import RunState
@@ -156,9 +158,12 @@ class Plugin(Method):
             # What another run has left there must not be taken for this run's solver.
             held.keep(partial(put_back_solver, mbs, last_solver(mbs)))
             forget_solver(mbs)
-            skeleton.begin(self.begin(skeleton.q.copy(), skeleton.v.copy()))
+            load = self.begin(skeleton.q.copy(), skeleton.v.copy())
+            mbs.systemData.SetTime(self.start_time)
+            skeleton.begin(load)
             held.keep(hooks.restore)
             hooks.install(self._own_hooks(hooks))
+            held.keep(partial(self._give_matrix_back, state))
             state.attached = True
             yield self
             hooks.check()
@@ -180,8 +185,12 @@ class Plugin(Method):
             "PostStep": partial(self._post_step, hooks),
         }
         if self.feeds_back or not self.skeleton.known_to_exudyn:
-            own["SystemJacobian"] = partial(self._system_jacobian, matrix_triplets(self.skeleton))
+            own["SystemJacobian"] = addition(self, self.skeleton)
         return own
+
+    def _give_matrix_back(self, state: RunState) -> None:
+        if state.alone is not None:
+            set_newton_matrix(self.model.mbs, None)
 
     @property
     def near(self) -> np.ndarray | None:
@@ -272,21 +281,6 @@ class Plugin(Method):
             raise SimulationError(f"torque {torque} at t = {t:g} s is not finite")
         self.skeleton.apply(torque, state.here)
 
-    def _system_jacobian(
-        self, triplets: np.ndarray, mbs: exu.MainSystem, t: float, dq: float, dv: float, _: float
-    ) -> exu.MatrixContainer:
-        """What has to be added to Exudyn's own Newton matrix."""
-        solver, skeleton = running_solver(mbs), self.skeleton
-        exact = np.asarray(solver.GetSystemJacobian())[skeleton.rows]
-        mass = (1.0 - solver.alphaM) / (1.0 - solver.alphaF)
-        wanted = skeleton.reduced_rows(exact)
-        if self.feeds_back:
-            wanted = self.jacobian(wanted, mass, dq, dv)
-        triplets[:, 2] = (skeleton.all_rows(wanted) - exact).ravel()
-        container = exu.MatrixContainer()
-        container.SetWithSparseMatrix(triplets, exact.shape[1], exact.shape[1])
-        return container
-
     def _post_step(self, hooks: Hooks, mbs: exu.MainSystem, t: float) -> bool:
         """Commit the accepted step, or begin the run or let it go on."""
         state, iteration = self.state, running_solver(mbs).it
@@ -331,6 +325,10 @@ class Plugin(Method):
             check_start_time(t, self.start_time)
         check_end_time(t, end, self.end_time)
         state.begin_run(end, check_external_forces(mbs, t, end))
+        skeleton, state.alone = self.skeleton, None
+        if self.feeds_back and is_alone(skeleton) and takes_matrices(mbs):
+            state.alone = skeleton
+            set_newton_matrix(mbs, whole_matrix(self, skeleton))
         if goes_on:
             step = iteration.currentStepSize
             if abs(step - state.step) > SAME_STEP * step:

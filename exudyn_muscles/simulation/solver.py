@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import exudyn as exu
-import numpy as np
 
 from ..errors import ModelError
-from ..skeleton.base import ExudynSkeleton
 
 SAME_TIME = 1e-9  # s: Exudyn adds up the steps of a run
 SOLVER = ("dynamicSolver", "simulationSettings")  # in mbs.sys
@@ -62,6 +60,24 @@ def goes_by_newmark(mbs: exu.MainSystem) -> bool:
     return bool(settings.timeIntegration.generalizedAlpha.useNewmark)
 
 
+def takes_matrices(mbs: exu.MainSystem) -> bool:
+    """Whether it is implicit and can be given a Newton matrix as an array."""
+    kind = mbs.sys[SOLVER[1]].linearSolver.solverType
+    dense = kind in (exu.LinearSolverType.EXUdense, exu.LinearSolverType.EigenDense)
+    return dense and isinstance(running_solver(mbs), exu.MainSolverImplicitSecondOrder)
+
+
+def newton_factors(solver: exu.MainSolverImplicitSecondOrder) -> tuple[float, float, float]:
+    """mass, dq and dv of the Newton matrix, as `Method.jacobian` has them."""
+    mass, h = (1.0 - solver.alphaM) / (1.0 - solver.alphaF), solver.it.currentStepSize
+    return mass, -solver.newmarkBeta * h * h, -solver.newmarkGamma * h
+
+
+def set_newton_matrix(mbs: exu.MainSystem, function: Callable | None) -> None:
+    """Have the solver take its Newton matrix from a function, or build it itself again."""
+    running_solver(mbs).SetUserFunctionComputeNewtonJacobian(mbs, function)
+
+
 def request_jacobian(mbs: exu.MainSystem) -> None:
     """Have Exudyn's modified Newton build a new matrix in this step."""
     running_solver(mbs).conv.jacobianUpdateRequested = True
@@ -88,11 +104,3 @@ def put_back_solver(mbs: exu.MainSystem, last: Mapping[str, Any]) -> None:
     """Where no run has left another one."""
     for name, value in last.items():
         mbs.sys.setdefault(name, value)
-
-
-def matrix_triplets(skeleton: ExudynSkeleton) -> np.ndarray:
-    """Row, column and a place for the value of the skeleton's rows in its Newton matrix."""
-    data = skeleton.mbs.systemData
-    columns = np.arange(data.ODE2Size() + data.ODE1Size() + data.AEsize())
-    i, j = np.meshgrid(np.arange(skeleton.rows.start, skeleton.rows.stop), columns, indexing="ij")
-    return np.column_stack([i.ravel(), j.ravel(), np.zeros(i.size)])

@@ -13,6 +13,7 @@ from ..results.counts import Counts
 from ..results.recorder import Recorder
 from ..skeleton.geometry import Geometry
 from ..skeleton.opened import Dynamics
+from ..skeleton.tree_rows import TreeRows
 
 # Metadata of the fields that a step takes from the one before; what it needs besides is made for
 # the run, or anew in every step.
@@ -45,6 +46,8 @@ class RunState:
     attached, running, open : bool
         The plugin is attached; Exudyn has begun a run and has not reached its end; a step is being
         tried.
+    alone : TreeRows, optional
+        The tree, if the run makes Newton's matrix of it itself.
     ended : RunEnd, optional
         Where the last run ended, if it reached its end.
     t_0, step : float
@@ -68,6 +71,7 @@ class RunState:
     attached: bool = False
     running: bool = False
     open: bool = False
+    alone: TreeRows | None = None
     ended: RunEnd | None = None
     step: float = 0.0
     calls: int = 0

@@ -24,6 +24,8 @@ from .segments import Segments
 from .shown import OwnGraphics
 from .state import State
 
+Gain = float | np.ndarray  # of one coordinate or each
+
 NO_COORDINATES = np.empty(0)
 
 
@@ -322,12 +324,7 @@ class ExudynSkeleton(ABC):
 
     @abstractmethod
     def rows_of_law(
-        self,
-        exact: np.ndarray,
-        here: Dynamics,
-        mass: float,
-        kp: float | np.ndarray,
-        kv: float | np.ndarray,
+        self, exact: np.ndarray, here: Dynamics, mass: float, kp: Gain, kv: Gain
     ) -> np.ndarray:
         """Rows of the Newton matrix with the demand of (15) met, as `Plugin.jacobian`; the gains
         `kp`, `kv` are times its factors dq, dv."""

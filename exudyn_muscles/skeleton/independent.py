@@ -86,8 +86,7 @@ class Independent:
     def apply(self, opened: Opened, torque: np.ndarray | None, here: Dynamics | None) -> None:
         """Set the muscles' torques (n,) at the iterate, where the `dynamics` are `here` if they are
         known; None: those that Exudyn has stay."""
-        if torque is not None:
-            opened.apply(torque)
+        opened.apply(torque)
 
     def applied(self, opened: Opened) -> np.ndarray:
         """The muscles' torques (n,) that Exudyn has now."""

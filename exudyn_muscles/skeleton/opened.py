@@ -12,6 +12,7 @@ import exudyn as exu
 import numpy as np
 
 from ..errors import ModelError
+from .carried import Carried
 from .constrained import ConstrainedEquations, solved
 from .contacts import Contacts
 from .state import State
@@ -26,6 +27,13 @@ class Dynamics(NamedTuple):
     M: np.ndarray
     bias: np.ndarray
     place: tuple
+
+
+class ForceSlopes(NamedTuple):
+    """What forces on a tree take off (N, all) for a unit of the system's coordinates and speeds."""
+
+    stiffness: np.ndarray
+    damping: np.ndarray
 
 
 class NotOpen:
@@ -55,6 +63,8 @@ class Opened:
     known_to_exudyn : bool
         Whether Exudyn can compute initial accelerations; of a tree with dependent coordinates M may
         be singular.
+    carried : callable, optional
+        External forces that Exudyn has not got itself, as of `carry`.
 
     Attributes
     ----------
@@ -65,7 +75,14 @@ class Opened:
         The torques that Exudyn has now, with the user's own.
     """
 
-    def __init__(self, mbs: exu.MainSystem, tree: int, rows: slice, known_to_exudyn: bool) -> None:
+    def __init__(
+        self,
+        mbs: exu.MainSystem,
+        tree: int,
+        rows: slice,
+        known_to_exudyn: bool,
+        carried: Carried | None = None,
+    ) -> None:
         settings = exu.SimulationSettings()
         settings.solution.file.write = False
         settings.solution.sensors.active = False
@@ -81,25 +98,39 @@ class Opened:
         torque = mbs.GetObjectParameter(tree, "jointForceVector")
         self._user_torque = np.zeros(self.state.q.size) + (torque if np.size(torque) else 0.0)
         self.total = self._user_torque.copy()
+        self._carried, self._load = carried, np.zeros(self.state.q.size)
 
     def leave(self) -> None:
         """Give the tree back with the user's own joint torques alone."""
-        self.set_total(self._user_torque)
+        self.recall((self._user_torque, np.zeros_like(self._load)))
 
-    def set_total(self, torque: np.ndarray) -> None:
-        """Set the `total`."""
-        self.total[:] = torque
-        self._set(self._tree, "jointForceVector", self.total)
-
-    def apply(self, torque: np.ndarray) -> None:
-        """Set torques (N,) on top of the user's own `jointForceVector`."""
+    def apply(self, torque: np.ndarray | None) -> None:
+        """Set torques (N,) on top of the user's own `jointForceVector` and of what is carried at
+        the current state; None: the last ones stay."""
+        if torque is None:
+            if self._carried is None:
+                return
+            torque = self.applied
         self.total[:] = self._user_torque + torque
+        if self._carried is not None:
+            self._load[:] = self._carried(self.state.q, self._mbs.systemData.GetTime())
+            self.total[:] += self._load
         self._set(self._tree, "jointForceVector", self.total)
 
     @property
     def applied(self) -> np.ndarray:
-        """The torques (N,) that Exudyn has now, without the user's own."""
-        return self.total - self._user_torque
+        """The torques (N,) that Exudyn has now, without the user's own and what is carried."""
+        return self.total - self._user_torque - self._load
+
+    @property
+    def memory(self) -> tuple[np.ndarray, np.ndarray]:
+        """What Exudyn has now, and what of it is carried."""
+        return self.total.copy(), self._load.copy()
+
+    def recall(self, memory: tuple[np.ndarray, ...]) -> None:
+        """Have the `memory` of another time back."""
+        self.total[:], self._load[:] = memory
+        self._set(self._tree, "jointForceVector", self.total)
 
     def dynamics(self) -> tuple[np.ndarray, np.ndarray]:
         """M (N, N) and H - Q (N,), without `apply`'s torques, at the system's current state."""
@@ -107,13 +138,23 @@ class Opened:
         solver.ComputeMassMatrix(mbs)
         solver.ComputeODE2RHS(mbs)
         M = solver.GetSystemMassMatrix()[self.rows, self.rows]
-        return M, self.total - self._user_torque - solver.GetSystemResidual()[self.rows]
+        bias = self.total - self._user_torque - solver.GetSystemResidual()[self.rows]
+        if self._carried is not None:
+            bias -= self._carried(self.state.q, mbs.systemData.GetTime())
+        return M, bias
 
-    def slopes(self, of_speeds: bool) -> np.ndarray:
-        """What forces take off (N, all) for a unit of the system's coordinates, or of speeds."""
-        factors = (0.0, -1.0) if of_speeds else (-1.0, 0.0)
-        self._solver.ComputeJacobianODE2RHS(self._mbs, *factors, 0.0)
-        return np.array(self._solver.GetSystemJacobian())[self.rows]
+    def mass_matrix(self) -> np.ndarray:
+        """M (N, N) at the current state."""
+        self._solver.ComputeMassMatrix(self._mbs)
+        return np.asarray(self._solver.GetSystemMassMatrix()[self.rows, self.rows])
+
+    def slopes(self) -> ForceSlopes:
+        """Those of the forces at the current state, with torques held."""
+        found = []
+        for factors in ((-1.0, 0.0), (0.0, -1.0)):
+            self._solver.ComputeJacobianODE2RHS(self._mbs, *factors, 0.0)
+            found.append(np.array(self._solver.GetSystemJacobian())[self.rows])
+        return ForceSlopes(*found)
 
     def accelerate_others(self) -> None:
         """Set the accelerations of the bodies outside the tree at the last `dynamics`."""

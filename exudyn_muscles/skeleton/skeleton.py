@@ -19,13 +19,13 @@ from ..errors import ModelError
 from ..forces.actuator_table import ActuatorTable
 from ..path.paths import Paths
 from .ahead import Rule
-from .base import ExudynSkeleton
 from .basis import basis_of
+from .carried import carry
 from .closures import Loops
 from .coupling import DependentCoordinate
 from .geometry import Mounted, compile_columns, compile_geometry, with_columns
 from .hold import Hold, hold
-from .opened import Dynamics, NotOpen, Opened, fastest
+from .opened import Dynamics, NotOpen, Opened
 from .reading import (
     check_assembled,
     check_mass_matrix,
@@ -37,9 +37,10 @@ from .reading import (
 from .segments import Segments, tree_segments
 from .shown import OwnGraphics, coordinates_shown, tree_graphics
 from .tree import PRISMATIC, tree_frames
+from .tree_rows import TreeRows
 
 
-class Skeleton(ExudynSkeleton):
+class Skeleton(TreeRows):
     """An `ObjectKinematicTree` within an assembled Exudyn system.
 
     Parameters
@@ -194,7 +195,8 @@ class Skeleton(ExudynSkeleton):
         held.keep(put_back)
         self.set_initial_arrays(*placed)
         try:
-            self._opened = Opened(self.mbs, self.object, self.rows, self.basis.known_to_exudyn)
+            carried, knows = carry(self.mbs, self.object, self.tree, held), self.known_to_exudyn
+            self._opened = Opened(self.mbs, self.object, self.rows, knows, carried)
             held.keep(self._opened.leave)
             self._opened.contacts.begin(held)
             check_mass_matrix(self.dynamics().M, self.coordinates)
@@ -302,48 +304,11 @@ class Skeleton(ExudynSkeleton):
 
     @property
     def memory(self) -> tuple[np.ndarray, ...]:
-        return (self._opened.total.copy(),)
+        return self._opened.memory
 
     def recall(self, memory: tuple[np.ndarray, ...]) -> None:
-        self._opened.set_total(*memory)
+        self._opened.recall(memory)
         self._opened.contacts.settle_general()
 
     def applied(self, place: tuple) -> np.ndarray:
         return self.basis.applied(self._opened)
-
-    def imbalance(self, there: Dynamics, a: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        return there.M @ a + there.bias - torque
-
-    def rows_of_law(
-        self,
-        exact: np.ndarray,
-        here: Dynamics,
-        mass: float,
-        kp: float | np.ndarray,
-        kv: float | np.ndarray,
-    ) -> np.ndarray:
-        # The residual is M (q'' - q''_CTC), whatever else acts on the skeleton.
-        rows = np.zeros(exact.shape)
-        rows[:, self.free] = here.M * (mass - kp - kv)
-        return rows
-
-    def rows_of_slopes(
-        self, exact: np.ndarray, here: Dynamics, mass: float, slopes: np.ndarray
-    ) -> np.ndarray:
-        rows = exact.copy()
-        rows[:, self.free] = mass * here.M - slopes
-        return rows
-
-    def reduced(self, covectors: np.ndarray) -> np.ndarray:
-        return self.basis.reduced(self._opened, covectors)
-
-    def fastest(self) -> float:
-        """That of `fastest` at the current state."""
-        slopes = map(self._opened.slopes, (False, True))
-        return fastest(self.dynamics().M, *(self.reduced_rows(x)[:, self.free] for x in slopes))
-
-    def reduced_rows(self, exact: np.ndarray) -> np.ndarray:
-        return self.basis.reduced_rows(self._opened, exact)
-
-    def all_rows(self, wanted: np.ndarray) -> np.ndarray:
-        return self.basis.all_rows(self._opened, wanted)

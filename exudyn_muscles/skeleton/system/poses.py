@@ -10,6 +10,7 @@ from ...errors import ModelError
 from ..constrained import ConstrainedEquations, Factors
 from ..state import State
 from .geometry import Pose
+from .singular import check_mobility
 
 CLOSE = 1e-12  # m or rad, of poses; Newton's method squares it once more
 # Exudyn's Jacobian of a joint on a flexible body leaves out how its frame turns with the modes, so
@@ -34,14 +35,19 @@ class Heading:
         Of [[M, G^T], [G, D]] there.
     T : (n, N) ndarray
         Rates of what is tracked there.
+
+    Attributes
+    ----------
+    W : (N, n) ndarray
+        Accelerations by unit forces on what is tracked.
     """
 
     def __init__(self, factors: Factors, T: np.ndarray) -> None:
         self._factors, self._size = factors, T.shape[1]
         right = np.zeros((factors.size, len(T)))
         right[: self._size] = T.T
-        W = factors.solve(right)[: self._size]
-        self.B = W @ np.linalg.inv(T @ W)
+        self.W = factors.solve(right)[: self._size]
+        self.B = self.W @ np.linalg.inv(T @ self.W)
 
     def towards(self, T: np.ndarray, lack: np.ndarray, away: np.ndarray) -> np.ndarray:
         """The step that takes what is lacking off and z `away` (n,) on."""
@@ -128,6 +134,7 @@ class Poses:
                 return pose, heading
             step *= min(1.0, FARTHEST / np.abs(step).max())
             self._equations.advance(step)
+        check_mobility(self._names, pose.T, self.heading(pose.T).W)
         j = int(np.abs(away).argmax())
         raise ModelError(
             f"coordinate '{self._names[j]}' = {q[j]:.6g}: the constraints of the mbs leave no "
