@@ -13,6 +13,8 @@ from ...errors import ModelError
 SINGULAR = 1e-13
 # Of the constraints alone, which have no masses in them.
 REDUNDANT = 1e-10
+# What a unit of force does to a body of 10 t, which no skeleton has: far less is rounding.
+FREE = 1e-4
 # Share in a singular direction from which an item is named.
 SHARE = 0.1
 # Movement of a coordinate under its own force, over that of a body without joints.
@@ -61,7 +63,7 @@ def check_mobility(names: Sequence[str], T: np.ndarray, W: np.ndarray) -> None:
     move each tracked coordinate on its own."""
     mobility = T @ W
     for j, name in enumerate(names):
-        if not np.abs(W[:, j]).max() > IMMOBILE * np.abs(W).max(initial=1e-12):
+        if not np.abs(W[:, j]).max() > IMMOBILE * np.abs(W).max(initial=FREE):
             raise ModelError(f"coordinate '{name}': nothing can move it, the constraints hold it")
     scale = np.sqrt(np.abs(np.diag(mobility)))
     values, vectors = np.linalg.eigh(mobility / np.outer(scale, scale))
