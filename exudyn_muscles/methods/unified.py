@@ -18,7 +18,7 @@ import numpy as np
 from ..errors import WindowError
 from ..model import MusculoskeletalModel
 from ..muscle.parameters import MuscleTables
-from ..muscle.trapezoidal import step
+from ..muscle.trapezoidal import begun_step, ended_step
 from ..numerics.curves import PackedCurves
 from ..numerics.kernel import kernel
 from ..results.recorder import Window
@@ -35,16 +35,26 @@ from ..skeleton.tree_rows import TreeRows
 KEPT, SLOW = 10, 6
 
 
+@kernel
+def begin_steps(table, grids, bins, pieces, start, begun, h):
+    """Write what of a step of all muscles is the same in every iteration as `begun` (3, m): a at
+    its end, l_t' at its start, and a guess of l_t."""
+    tables = MuscleTables(table, PackedCurves(grids, bins, pieces))
+    for i in range(start.shape[1]):
+        begun[0, i], begun[1, i], begun[2, i] = begun_step(
+            tables, i, start[0, i], start[1, i], start[2, i], start[3, i], start[4, i], h
+        )
+
+
 @kernel(inline=True)
-def muscle_steps(tables, start, trial, r, torque, h):
+def end_steps(tables, start, begun, trial, r, torque, h):
     """One step of all muscles, from `start` to l, l' in `trial`, as `unified_step` has them; adds
     their torques. Returns the first muscle whose step failed, or -1."""
     l, l_rate = trial[2], trial[3]
     for i in range(l.size):
-        converged, a, l_t, F, F_l, F_v = step(
-            tables, i, start[0, i], start[1, i], start[2, i], start[3, i], start[4, i], l[i],
-            l_rate[i], h,
-        )  # fmt: skip
+        converged, a, l_t, F, F_l, F_v = ended_step(
+            tables, i, start[1, i], begun[0, i], begun[1, i], begun[2, i], l[i], l_rate[i], h
+        )
         if not converged:
             return i
         for j in range(torque.size):
@@ -54,10 +64,10 @@ def muscle_steps(tables, start, trial, r, torque, h):
 
 
 @kernel
-def steps_on_frames(table, grids, bins, pieces, start, trial, r, torque, h):
-    """`muscle_steps`, where l, l' and r are known already."""
-    return muscle_steps(
-        MuscleTables(table, PackedCurves(grids, bins, pieces)), start, trial, r, torque, h
+def steps_on_frames(table, grids, bins, pieces, start, begun, trial, r, torque, h):
+    """`end_steps`, where l, l' and r are known already."""
+    return end_steps(
+        MuscleTables(table, PackedCurves(grids, bins, pieces)), start, begun, trial, r, torque, h
     )
 
 
@@ -65,12 +75,13 @@ def steps_on_frames(table, grids, bins, pieces, start, trial, r, torque, h):
 def unified_step(
     table, grids, bins, pieces, joints, parents, rotations, offsets, reference, positions,
     links, starts, bent, rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors,
-    factor_starts, integers, numbers, start, trial, r, torque, q, v, h,
+    factor_starts, integers, numbers, start, begun, trial, r, torque, q, v, h,
 ):  # fmt: skip
     """One step of all muscles to the iterate q, q'.
 
-    `start` (5, m) holds a, l_t, u, l, l'; written are `trial` (6, m) with a, l_t, l, l', dF/dl,
-    dF/dl', r (m, n) and the torque (n,). Returns the first muscle whose step failed, or -1.
+    `start` (5, m) holds a, l_t, u, l, l', and `begun` what `begin_steps` made of it; written are
+    `trial` (6, m) with a, l_t, l, l', dF/dl, dF/dl', r (m, n) and the torque (n,). Returns the
+    first muscle whose step failed, or -1.
     """
     # Handed over from Python as a tuple they would take a microsecond more.
     tables = MuscleTables(table, PackedCurves(grids, bins, pieces))
@@ -83,14 +94,16 @@ def unified_step(
     if failed >= 0:
         return failed
     torque[:] = 0.0
-    return muscle_steps(tables, start, trial, r, torque, h)
+    return end_steps(tables, start, begun, trial, r, torque, h)
 
 
 class StepRoom(NamedTuple):
     """Where a step of m muscles on a tree of N coordinates is computed, as `unified_step` has it:
-    `start` (5, m), `trial` (6, m), `arms` r (m, N), `torque` (N,). N is the skeleton's width."""
+    `start` (5, m), `begun` (3, m), `trial` (6, m), `arms` r (m, N), `torque` (N,). N is the
+    skeleton's width."""
 
     start: np.ndarray
+    begun: np.ndarray
     trial: np.ndarray
     arms: np.ndarray
     torque: np.ndarray
@@ -99,16 +112,22 @@ class StepRoom(NamedTuple):
 Advance = Callable[[np.ndarray, float], int]
 
 
-def advancing(model: MusculoskeletalModel, room: StepRoom) -> Advance:
+def laws_of(model: MusculoskeletalModel) -> tuple[np.ndarray, ...]:
+    """The arrays that the kernels of steps take first.
+
+    Copies, because numba takes 0.2 us longer over every array that is read-only.
+    """
+    tables = model.muscles.tables
+    return tuple(array.copy() for array in (tables.table, *tables.curves))
+
+
+def advancing(model: MusculoskeletalModel, laws: tuple[np.ndarray, ...], room: StepRoom) -> Advance:
     """The function that advances all muscles to the current iterate by a step [s].
 
     With ideal actuators' forces (r,) and the step; it writes the room, its torque with theirs, and
     returns the first muscle whose step failed, or -1.
     """
-    tables, skeleton = model.muscles.tables, model.skeleton
-    # Copies, because numba takes 0.2 us longer over every array that is read-only.
-    laws = [array.copy() for array in (tables.table, *tables.curves)]
-    m = len(model.muscles)
+    skeleton, m = model.skeleton, len(model.muscles)
 
     if isinstance(skeleton, Skeleton):
         arguments = (*laws, *geometry_tables(skeleton.tree, model.paths), *room)
@@ -142,6 +161,8 @@ class UnifiedState(RunState):
     ----------
     room : StepRoom
         Of the step being tried.
+    laws : tuple of ndarray
+        As of `laws_of`.
     advance : callable
         As `advancing` returns it.
     reserve : (r,) ndarray
@@ -161,6 +182,7 @@ class UnifiedState(RunState):
     """
 
     room: StepRoom
+    laws: tuple[np.ndarray, ...]
     advance: Advance
     reserve: np.ndarray = field(init=False, metadata=HANDED_ON)
     ramp: tuple[float, float, np.ndarray, np.ndarray] = field(init=False, metadata=HANDED_ON)
@@ -179,8 +201,11 @@ class UnifiedPlugin(Plugin):
     def _unified(self) -> dict[str, Any]:
         """What such a run's state begins with."""
         m, n = len(self.model.muscles), self.skeleton.width
-        room = StepRoom(np.empty((5, m)), np.empty((6, m)), np.empty((m, n)), np.empty(n))
-        return {**self._common(), "room": room, "advance": advancing(self.model, room)}
+        start, begun, trial = np.empty((5, m)), np.empty((3, m)), np.empty((6, m))
+        room = StepRoom(start, begun, trial, np.empty((m, n)), np.empty(n))
+        laws = laws_of(self.model)
+        advance = advancing(self.model, laws, room)
+        return {**self._common(), "room": room, "laws": laws, "advance": advance}
 
     @abstractmethod
     def start_muscles(
@@ -226,6 +251,7 @@ class UnifiedPlugin(Plugin):
         length, speed = state.geometry[:2]
         for row, values in enumerate((state.a, state.l_t, u, length, speed)):
             state.room.start[row] = values
+        begin_steps(*state.laws, state.room.start, state.room.begun, t_1 - t_0)
 
     def torque(self, t: float, first: bool) -> np.ndarray:
         state, skeleton = self.state, self.skeleton

@@ -122,6 +122,13 @@ def step(tables, i, a_0, l_t, u, l_0, v_0, l_1, v_1, h):
 
     Returns (converged, a, l_t, F, dF/dl_1, dF/dl_1'), the last three zero if the tendon is slack.
     """
+    a_1, rate, guess = begun_step(tables, i, a_0, l_t, u, l_0, v_0, h)
+    return ended_step(tables, i, l_t, a_1, rate, guess, l_1, v_1, h)
+
+
+@kernel(inline=True)
+def begun_step(tables, i, a_0, l_t, u, l_0, v_0, h):
+    """What of a `step` does not depend on where it ends: (a there, l_t' here, a guess of l_t)."""
     a_1 = trapezoidal(
         tables.table[i, ACTIVATION],
         a_0,
@@ -132,12 +139,17 @@ def step(tables, i, a_0, l_t, u, l_0, v_0, l_1, v_1, h):
         h,
     )
     _, r, _, r_t, _, _ = stopped_rate(tables, i, a_0, l_t, l_0, v_0)
-    guess = l_t + h * r / (1.0 - min(h * r_t, 0.0))
+    return a_1, r, l_t + h * r / (1.0 - min(h * r_t, 0.0))
+
+
+@kernel(inline=True)
+def ended_step(tables, i, l_t, a_1, rate, guess, l_1, v_1, h):
+    """The rest of it."""
     converged, l_t1, stopped, _, _, r_t, r_l = implicit_step(
-        tables, i, l_t, r, a_1, l_1, v_1, h, guess
+        tables, i, l_t, rate, a_1, l_1, v_1, h, guess
     )
     if not converged:
-        converged, l_t1, r_t, r_l = bisect_step(tables, i, l_t, r, a_1, l_1, v_1, h)
+        converged, l_t1, r_t, r_l = bisect_step(tables, i, l_t, rate, a_1, l_1, v_1, h)
     F, _, F_t, F_l, F_v = pull(tables, i, a_1, l_t1, l_1, v_1)
     if stopped:
         F_l = F_t
