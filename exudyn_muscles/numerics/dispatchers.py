@@ -8,15 +8,16 @@ as it was translated, and is optimized within its entries alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import gc
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
-import numba
-from numba.core import types
+from numba.core import config, types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
-from numba.core.dispatcher import Dispatcher
+from numba.core.imputils import user_function
 from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
 
@@ -24,42 +25,65 @@ from .compilation import tell_of_compilation
 from .kernel_cache import kernel_cache
 
 
-def entry(function: Callable, inline: bool, allocates: bool, stamp: str) -> Any:
+def entry(function: Callable, inline: bool, allocates: bool, stamp: str) -> Callable:
     """What Python calls; the function itself if numba's compiler is switched off."""
+    if config.DISABLE_JIT:
+        return function
     # Without fastmath, which would save a sixth: fused multiply-adds fall differently in the
     # process that compiles a kernel and in those that load it, and so would a result's last bits.
-    dispatcher = numba.njit(error_model="numpy", forceinline=inline, _nrt=allocates)(function)
-    if isinstance(dispatcher, Dispatcher):
-        dispatcher._cache = kernel_cache(function, stamp)
-    return dispatcher
+    options = {"error_model": "numpy", "forceinline": inline, "_nrt": allocates}
+    made = Entry(function, targetoptions={"nopython": True, **options})
+    made._cache = kernel_cache(function, stamp)
+    return made
 
 
-tell_of_compilation()
+class Entry(CPUDispatcher):
+    """A kernel as Python calls it."""
+
+    def compile(self, sig: Any) -> Any:
+        with _uncollected():
+            return super().compile(sig)
 
 
 class Part(CPUDispatcher):
     """A kernel within others."""
 
-    def __init__(self, entry: Dispatcher) -> None:
+    def __init__(self, entry: Entry) -> None:
         super().__init__(
             entry.py_func, targetoptions=entry.targetoptions, pipeline_class=_PartCompiler
         )
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        # Once for all numbers that are written at a call, which LLVM sees where it matters.
-        return super().get_call_template(
-            tuple(map(types.unliteral, args)), {k: types.unliteral(t) for k, t in kws.items()}
-        )
+        # One part for all numbers that are written at a call: LLVM sees them where it matters.
+        literal = {name: types.unliteral(each) for name, each in kws.items()}
+        return super().get_call_template(tuple(map(types.unliteral, args)), literal)
 
     def compile(self, sig: Any) -> Any:
-        args, return_type = normalize_signature(sig)
+        """A key, by which the translation of a call finds the part."""
+        args, _ = normalize_signature(sig)
         if args not in self.overloads:
-            with global_compiler_lock, self._compiling_counter:
-                compiled = self._compiler.compile(args, return_type)
-            key = object()  # by which lowering finds it
-            self.targetctx.insert_user_function(key, compiled.fndesc, [compiled.library])
-            self.overloads[args] = compiled._replace(entry_point=key)
+            plain = tuple(map(_writable, args))
+            if args == plain:
+                with global_compiler_lock, self._compiling_counter:
+                    made = self._compiler.compile(args, None)
+                made = made._replace(entry_point=object())
+            else:
+                self.compile(plain)
+                made = self.overloads[plain]
+                made = made._replace(signature=made.signature.replace(args=args))
+            call = user_function(made.fndesc, [made.library])
+            self.targetctx.insert_func_defn([(call, made.entry_point, args)])
+            self.overloads[args] = made
         return self.overloads[args].entry_point
+
+
+def _writable(argument: types.Type) -> types.Type:
+    """The type that arrays would have if all could be written: the code is the same."""
+    if isinstance(argument, types.Array):
+        return argument.copy(readonly=False)
+    if isinstance(argument, types.NamedTuple):
+        return types.NamedTuple(map(_writable, argument), argument.instance_class)
+    return argument
 
 
 class _PartCompiler(Compiler):
@@ -82,3 +106,18 @@ class _PartLibrary(JITCodeLibrary):
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
         self._finalized = True
+
+
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """Without garbage collection, which took a tenth of compiling and found nothing."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+tell_of_compilation()

@@ -45,37 +45,39 @@ def kernel(
 class Kernel:
     """A compiled function. numba, which is slow to import, comes with the first call.
 
-    Attributes
-    ----------
-    entry : numba Dispatcher, or callable
-        Itself, as Python calls it; the function if numba's compiler is switched off.
+    Each is of a class of its own, which Python asks for what a call is.
     """
+
+    def __new__(cls, *_: Any) -> Kernel:
+        return super().__new__(type(cls.__name__, (cls,), {}))
 
     def __init__(self, function: Callable, inline: bool, allocates: bool) -> None:
         update_wrapper(self, function)
-        self.options = inline, allocates
+        self._options = inline, allocates
 
     def __call__(self, *args: Any) -> Any:
+        type(self).__call__ = staticmethod(self.entry)  # from now on without a step in between
         return self.entry(*args)
 
     def __reduce__(self) -> str:
         return self.__qualname__
 
     @cached_property
-    def entry(self) -> Any:
+    def entry(self) -> Callable:
+        """What Python calls: numba's dispatcher, the function if its compiler is switched off."""
         from . import dispatchers
 
-        return dispatchers.entry(self.__wrapped__, *self.options, _stamp())
+        return dispatchers.entry(self.__wrapped__, *self._options, _stamp())
 
     @cached_property
     def part(self) -> Any:
+        """What other kernels call."""
         from . import dispatchers
 
         return dispatchers.Part(self.entry)
 
     @property
     def _numba_type_(self) -> Any:
-        """What numba takes it for within another kernel."""
         return self.part._numba_type_
 
 
