@@ -53,21 +53,22 @@ class Kernel:
 
     def __init__(self, function: Callable, inline: bool, allocates: bool) -> None:
         update_wrapper(self, function)
-        self._options = inline, allocates
+        self._function, self._options = function, (inline, allocates)
 
     def __call__(self, *args: Any) -> Any:
-        type(self).__call__ = staticmethod(self.entry)  # from now on without a step in between
+        # From now on without a step in between.
+        type(self).__call__ = staticmethod(self.entry)  # type: ignore[method-assign]
         return self.entry(*args)
 
     def __reduce__(self) -> str:
-        return self.__qualname__
+        return self._function.__qualname__
 
     @cached_property
-    def entry(self) -> Callable:
+    def entry(self) -> Any:
         """What Python calls: numba's dispatcher, the function if its compiler is switched off."""
         from . import dispatchers
 
-        return dispatchers.entry(self.__wrapped__, *self._options, _stamp())
+        return dispatchers.entry(self._function, *self._options, _stamp())
 
     @cached_property
     def part(self) -> Any:
