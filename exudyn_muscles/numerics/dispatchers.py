@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from llvmlite.binding import Linkage, parse_assembly
 from numba.core import config, types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
@@ -32,7 +33,9 @@ def entry(function: Callable, inline: bool, allocates: bool, stamp: str) -> Call
     # Without fastmath, which would save a sixth: fused multiply-adds fall differently in the
     # process that compiles a kernel and in those that load it, and so would a result's last bits.
     options = {"error_model": "numpy", "forceinline": inline, "_nrt": allocates}
-    made = Entry(function, targetoptions={"nopython": True, **options})
+    made = Entry(
+        function, targetoptions={"nopython": True, **options}, pipeline_class=_EntryCompiler
+    )
     made._cache = kernel_cache(function, stamp)
     return made
 
@@ -86,13 +89,32 @@ def _writable(argument: types.Type) -> types.Type:
     return argument
 
 
+class _EntryCompiler(Compiler):
+    def __init__(self, typingctx: Any, targetctx: Any, *rest: Any) -> None:
+        super().__init__(typingctx, targetctx, *rest)
+        self.state.flags.no_cfunc_wrapper = True  # for C, which calls none
+
+    def compile_extra(self, function: Callable) -> Any:
+        self.state.library = _EntryLibrary(self.state.targetctx.codegen(), function.__qualname__)
+        self.state.library.enable_object_caching()
+        return super().compile_extra(function)
+
+
+class _EntryLibrary(JITCodeLibrary):
+    def _get_module_for_linking(self) -> Any:
+        """What is stored beside the machine code: the names in it, as no other kernel has an entry
+        within it. Its code would take longer to load than the machine code."""
+        names = [f.name for f in self.get_defined_functions() if f.linkage == Linkage.external]
+        return parse_assembly(
+            "\n".join(f'define void @"{each}"() {{ ret void }}' for each in names)
+        )
+
+
 class _PartCompiler(Compiler):
-    def __init__(
-        self, typingctx: Any, targetctx: Any, library: Any, args: Any, return_type: Any, flags: Any,
-        locals: Any,
-    ) -> None:  # fmt: skip
+    def __init__(self, typingctx: Any, targetctx: Any, *rest: Any) -> None:
+        super().__init__(typingctx, targetctx, *rest)
+        flags = self.state.flags
         flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
-        super().__init__(typingctx, targetctx, library, args, return_type, flags, locals)
 
     def compile_extra(self, function: Callable) -> Any:
         self.state.library = _PartLibrary(self.state.targetctx.codegen(), function.__qualname__)
