@@ -1,10 +1,12 @@
 """Kernels are compiled once and stored; what is stored but damaged, or cannot be stored, costs a
 compilation and a warning, and nothing else. Compiling is said when it happens, and only then."""
 
+import gc
 import importlib.util
 import logging
 import math
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -244,6 +246,55 @@ def test_a_version_that_another_process_replaced_is_not_taken_for_ones_own(tmp_p
     assert (other.load("float"), other.load("int")) == ("code for floats", "code for integers")
 
 
+# Parts of a kernel
+
+
+ARRAYS = """
+def inner(x, i):
+    return x[i]
+
+def outer(x, y):
+    return inner(x, 0) + inner(y, y.size - 1)
+"""
+
+
+def inner_of(outer):
+    return outer._function.__globals__["inner"]
+
+
+def test_a_kernel_within_another_is_not_made_by_itself(load, tmp_path):
+    outer = load()
+    assert outer(1.0) == 4.0
+    assert not inner_of(outer).entry.overloads
+    assert {file.name.split("-")[0] for file in tmp_path.rglob("*.kernel")} == {"kernels.outer"}
+    assert inner_of(outer)(1.0) == 2.0
+
+
+def test_a_kernel_is_translated_once_for_arrays_that_can_be_written_and_others(load):
+    """And for numbers that are written at the call and others."""
+    outer, x = load(ARRAYS), np.array([1.0, 2.0])
+    fixed = x.copy()
+    fixed.setflags(write=False)
+    assert outer(fixed, x) == 3.0
+    made = inner_of(outer).part.overloads
+    assert (len(made), len({each.library for each in made.values()})) == (2, 1)
+
+
+def test_garbage_is_collected_again_after_compiling(load):
+    assert load()(1.0) == 4.0
+    assert gc.isenabled()
+    gc.disable()
+    try:
+        assert load(ARRAYS)(np.ones(1), np.ones(1)) == 2.0
+        assert not gc.isenabled()
+    finally:
+        gc.enable()
+
+
+def test_a_kernel_is_pickled_by_its_name():
+    assert pickle.loads(pickle.dumps(curves.evaluate)) is curves.evaluate
+
+
 # What is said
 
 
@@ -306,10 +357,11 @@ def test_a_failed_compilation_ends_its_turn(load):
 
 def test_without_a_compiler_there_is_nothing_to_store(tmp_path):
     done = subprocess.run(
-        [sys.executable, "-c", f"from {curves.__name__} import evaluate; print(evaluate.entry)"],
+        [sys.executable, "-c", f"{IMPORTED.rpartition('print')[0]}print(evaluate.entry)"],
         env=environment(NUMBA_DISABLE_JIT="1"), capture_output=True, text=True, check=True,
     )  # fmt: skip
-    assert done.stdout.splitlines()[-1].startswith("<function evaluate")
+    value, entry = done.stdout.splitlines()[-2:]
+    assert float(value) == 3.375 and entry.startswith("<function evaluate")
 
 
 def test_turns_are_of_rooms_and_of_places(monkeypatch):
