@@ -26,6 +26,7 @@ EVOLVING = r"\b(state|counts|settings)\b"  # what they are called, and Exudyn's 
 
 # Number of attributes that a class sets after its objects were made.
 SET_LATER = {
+    "numerics.dispatchers _PartLibrary": 1,  # as numba's own
     "simulation.plugin Plugin": 1,  # a new state for every run
     "skeleton.tied DynamicsOfTree": 1,  # where it is made: a tuple has no __init__
     "skeleton.skeleton Skeleton": 1,  # what is open of it
@@ -36,9 +37,10 @@ SET_LATER = {
 
 @cache
 def modules():
-    """File and syntax of every module by its name in the package."""
+    """File and syntax of every module by its name in the package; of a room that imports its names
+    when they are used, where they are."""
     found = {}
-    for file in sorted(PACKAGE.rglob("*.py")):
+    for file in sorted([*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.pyi")]):
         name = ".".join(file.relative_to(PACKAGE).with_suffix("").parts)
         found[re.sub(r"\.?__init__$", "", name)] = file, ast.parse(file.read_text())
     return found

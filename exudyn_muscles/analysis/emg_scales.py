@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import NoConvergence, anderson
 
 from ..errors import ParameterError
 from ..methods.static import StaticSettings, static_optimization
@@ -74,6 +73,8 @@ def fit_emg_scales(
         As `EMG.courses` and `Followed`, EMG does not cover the motion, or scales still change by
         more than 1e-4 after all rounds.
     """
+    from scipy.optimize import NoConvergence, anderson  # slow to import
+
     courses = emg.courses(muscles, delay=delay)
     names = list(courses)
     largest = np.array([x.max() for _, x in courses.values()])

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable
+from functools import partial
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 
 from ..muscle.laws import LAWS
 from ..results.quantities import QUANTITIES
-from . import commands, study
+from . import study_options
 from .names import CMC_STEPS, KP, METHODS, PROGRAM, STEP, TRACKING
 
 
@@ -33,11 +34,13 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=_versions())
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
 
-    def command(name: str, function: Callable, text: str, epilog: str) -> argparse.ArgumentParser:
+    def command(
+        name: str, text: str, epilog: str, module: str = "commands"
+    ) -> argparse.ArgumentParser:
         added = subparsers.add_parser(
             name, help=text, description=text + ".", epilog=epilog, formatter_class=raw
         )
-        added.set_defaults(command=function)
+        added.set_defaults(command=partial(_run, module, name))
         added.add_argument(
             "--traceback", action="store_true", help="show where in the program an error arose"
         )
@@ -81,7 +84,6 @@ def build_parser() -> argparse.ArgumentParser:
 
     run = command(
         "run",
-        commands.run,
         "compute one motion by one method and print a summary",
         f"example: {PROGRAM} run models/pendulum.py --method csf --step 0.005 --out out\n"
         "writes out/pendulum_csf.npz and figures of forces, activations, excitations and errors",
@@ -131,7 +133,6 @@ def build_parser() -> argparse.ArgumentParser:
 
     cmc = command(
         "cmc",
-        commands.cmc,
         "run a CMC set-up file of OpenSim with CMC or co-simulation",
         f"example: {PROGRAM} cmc arm26_Setup_CMC.xml --method csf --out out\n"
         "writes out/arm26_csf.npz, OpenSim's .sto files (states, controls, kinematics in degrees,\n"
@@ -145,7 +146,6 @@ def build_parser() -> argparse.ArgumentParser:
     )
     static = command(
         "static",
-        commands.static,
         "run a set-up file of OpenSim's static optimization",
         f"example: {PROGRAM} static arm26_Setup_StaticOptimization.xml --out out\n"
         "writes out/arm26_static.npz, OpenSim's .sto files and figures; tendons stretch and\n"
@@ -158,7 +158,6 @@ def build_parser() -> argparse.ArgumentParser:
 
     compare = command(
         "compare",
-        commands.compare,
         "compute one motion by the paper's four methods, side by side",
         f"example: {PROGRAM} compare models/pendulum.py --out out --json out/pendulum.json\n"
         "prints CPU times [s], RMS tracking errors [deg] and how much work a step took",
@@ -195,11 +194,11 @@ def build_parser() -> argparse.ArgumentParser:
 
     check = command(
         "check",
-        commands.check,
         "compare a stored result with a stored reference",
         f"quantities:\n{_quantities()}\n\n"
         f"example: {PROGRAM} check pendulum_csf.npz reference.npz --tolerance excitations=1e-3\n"
         "exit status: 0 they agree, 1 they differ, 2 a file cannot be used",
+        "check",
     )
     check.add_argument("result", metavar="RESULT", type=Path, help=".npz file to be checked")
     check.add_argument("reference", metavar="REFERENCE", type=Path, help=".npz file to agree with")
@@ -216,7 +215,6 @@ def build_parser() -> argparse.ArgumentParser:
 
     report = command(
         "report",
-        commands.report,
         "write a stored result as one page that opens in any browser",
         f"example: {PROGRAM} report out/leg_csf.npz models/leg.py\n"
         "writes out/leg_csf.html: the moving skeleton with its muscles, and curves beside it;\n"
@@ -247,7 +245,6 @@ def build_parser() -> argparse.ArgumentParser:
 
     curves = command(
         "curves",
-        commands.curves,
         "draw the curves of a muscle law and their derivatives",
         f"example: {PROGRAM} curves --law Millard2012 --fiber-damping 0 --out millard.png\n"
         f"         {PROGRAM} curves --law my_law.py:law",
@@ -270,10 +267,15 @@ def build_parser() -> argparse.ArgumentParser:
         help="figure, whose ending says its format; default curves.png",
     )
 
-    study.add_options(
-        command("study", study.study, "make many runs, one table of them", study.EPILOG)
+    study_options.add_options(
+        command("study", "make many runs, one table of them", study_options.EPILOG, "study")
     )
     return parser
+
+
+def _run(module: str, name: str, arguments: argparse.Namespace) -> int:
+    """A command, whose module is imported when it is run."""
+    return getattr(import_module(f"{__package__}.{module}"), name)(arguments)
 
 
 def _of_setup(added: argparse.ArgumentParser) -> None:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from .. import opensim, plot
 from ..errors import ModelError
@@ -16,12 +15,11 @@ from ..methods.cmc import computed_muscle_control
 from ..methods.cosimulation import cosimulate
 from ..methods.cosimulation_settings import Scheme
 from ..methods.static import static_optimization
-from ..report import report as write_report
 from ..results.trajectory import Trajectory
 from ..studies.source import Subject
 from .figures import Figure, draw_figures
 from .files import draw_all, made_folder, result_file, save
-from .names import CMC_STEPS, DIFFER, KP, METHODS, PAPER, PROGRAM, STEP
+from .names import CMC_STEPS, KP, METHODS, PAPER, PROGRAM, STEP
 from .report import (
     comparison_text,
     excitation_difference,
@@ -193,22 +191,10 @@ def compare(arguments: argparse.Namespace) -> int:
     return max(exit_status(trajectory) for trajectory in results.values())
 
 
-def check(arguments: argparse.Namespace) -> int:
-    """A stored result against a stored reference."""
-    result = Trajectory.load(arguments.result)
-    reference = Trajectory.load(arguments.reference)
-    difference = result.compare(reference, dict(arguments.tolerance))
-    verdict = "agrees with" if difference is None else "differs from"
-    why = "" if difference is None else f": {difference}"
-    print(f"{arguments.result} {verdict} {arguments.reference}{why}")
-    _tell_others("settings", result.settings, reference.settings)
-    if difference is not None:
-        _tell_others("versions", result.versions, reference.versions)
-    return 0 if difference is None else DIFFER
-
-
 def report(arguments: argparse.Namespace) -> int:
     """A stored result as a page."""
+    from ..report import report as write_report
+
     trajectory = Trajectory.load(arguments.result)
     file = arguments.out or arguments.result.with_suffix(".html")
     made_folder(file.parent)
@@ -221,16 +207,6 @@ def report(arguments: argparse.Namespace) -> int:
     write_report(trajectory, file, model=load_skeleton(arguments.model), meshes=meshes)
     print(f"wrote {file}")
     return 0
-
-
-def _tell_others(what: str, found: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
-    other = [
-        f"{name} {found.get(name)} instead of {value}"
-        for name, value in wanted.items()
-        if found.get(name) != value
-    ]
-    if other:
-        print(f"other {what} than the reference's: {', '.join(other)}")
 
 
 def curves(arguments: argparse.Namespace) -> int:

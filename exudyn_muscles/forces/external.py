@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
 
 from ..checks import link_number
 from ..errors import ParameterError, StorageError
@@ -160,6 +159,8 @@ def cubics(record: ExternalForce) -> np.ndarray:
         if values is not None:
             columns[:, 3 * k : 3 * k + 3] = values
     if record.times.size >= FEWEST_FOR_SPLINE:
+        from scipy.interpolate import CubicSpline  # slow to import
+
         c = CubicSpline(record.times, columns, bc_type="natural").c
     else:
         slopes = np.diff(columns, axis=0) / np.diff(record.times)[:, None]

@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import BPoly, BSpline
 
 from ..errors import MotionError, StorageError
 from ..files.storage import read_storage
@@ -20,6 +20,9 @@ from .coordinate import Coordinate
 from .low_pass import LowPass, low_passed
 from .plausibility import check_unit, warn_of_locked
 from .samples import check_finite, checked_samples, equally_spaced, quintic_spline, samples_of_file
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BPoly, BSpline
 
 
 class Motion:
@@ -40,6 +43,8 @@ class Motion:
     def __init__(
         self, times: np.ndarray, curve: BSpline | BPoly, source: str | None = None
     ) -> None:
+        from scipy.interpolate import BSpline  # slow to import
+
         self._curves = (curve, curve.derivative(), curve.derivative(2))
         self._tables = None
         if isinstance(curve, BSpline) and curve.k == QUINTIC:
@@ -267,6 +272,8 @@ class Motion:
         MotionError
             As `from_waypoints`.
         """
+        from scipy.interpolate import BPoly  # slow to import
+
         t, q = checked_samples(times, coordinates, 2)
         _, v = checked_samples(times, speeds, 2, "speeds")
         _, a = checked_samples(times, accelerations, 2, "accelerations")

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import BPoly, BSpline, make_interp_spline
 
 from ..errors import MotionError
 from ..files.storage import Storage
 from ..numerics.splines import QUINTIC
 from .coordinate import Coordinate
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BPoly, BSpline
 
 MOST_SAMPLES = 100_000  # of a filter, as OpenSim has it
 LARGEST = 1e9  # of times and coordinates: nothing is known more finely than to 1e-7 there
@@ -36,6 +39,8 @@ def samples_of_file(
 
 def quintic_spline(t: np.ndarray, q: np.ndarray, conditions: tuple | None = None) -> BSpline:
     """The quintic spline through points."""
+    from scipy.interpolate import make_interp_spline  # slow to import
+
     try:
         with np.errstate(all="ignore"):
             curve = make_interp_spline(

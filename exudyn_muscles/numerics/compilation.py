@@ -24,20 +24,17 @@ class _Compilation(event.Listener):
 
     def __init__(self) -> None:
         self._kernels = 0
-        self._open = 0  # a kernel is compiled within the one that calls it
         self._spent = self._said = 0.0
 
     def on_start(self, event: Event) -> None:
         if not _is_ours(event):
             return
-        if self._open == 0:
-            self._begun = process_time()
-            if self._kernels == 0:
-                kept = event.data["dispatcher"].stats.cache_path is not None
-                logger.warning(
-                    "compiling the muscle kernels%s", ", once for this machine" if kept else ""
-                )
-        self._open += 1
+        self._begun = process_time()
+        if self._kernels == 0:
+            kept = event.data["dispatcher"].stats.cache_path is not None
+            logger.warning(
+                "compiling the muscle kernels%s", ", once for this machine" if kept else ""
+            )
 
     def on_end(self, event: Event) -> None:
         if not _is_ours(event):
@@ -46,11 +43,8 @@ class _Compilation(event.Listener):
         failed = getattr(event, "_exc_details", None) is not None
         if failed and isinstance(event.data["dispatcher"]._cache, KernelCache):
             event.data["dispatcher"]._cache.give_up()
-        self._open -= 1
         self._kernels += 1
-        now = process_time()
-        self._spent += now - self._begun
-        self._begun = now
+        self._spent += process_time() - self._begun
         if self._spent - self._said > PATIENCE:
             self._said = self._spent
             logger.warning(

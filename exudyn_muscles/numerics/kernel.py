@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache, partial
+from functools import cache, cached_property, partial, update_wrapper
 from hashlib import sha256
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
-
-import numba
-from numba.core.dispatcher import Dispatcher
-
-from .compilation import tell_of_compilation
-from .kernel_cache import kernel_cache
 
 # Kernels call each other and freeze constants across these files.
 SOURCES = (
@@ -44,23 +39,54 @@ def kernel(
     """
     if function is None:
         return partial(kernel, inline=inline, allocates=allocates)
-    # Without fastmath, which would save a sixth: fused multiply-adds fall differently in the
-    # process that compiles a kernel and in those that load it, and so would a result's last bits.
-    compiler = numba.njit(error_model="numpy", forceinline=inline, _nrt=allocates)
-    dispatcher = compiler(function)
-    if isinstance(dispatcher, Dispatcher):  # numba's compiler is not switched off
-        dispatcher._cache = kernel_cache(function, _stamp())
-    return dispatcher
+    return Kernel(function, inline, allocates)
 
 
-tell_of_compilation()
+class Kernel:
+    """A compiled function. numba, which is slow to import, comes with the first call.
+
+    Each is of a class of its own, which Python asks for what a call is.
+    """
+
+    def __new__(cls, *_: Any) -> Kernel:
+        return super().__new__(type(cls.__name__, (cls,), {}))
+
+    def __init__(self, function: Callable, inline: bool, allocates: bool) -> None:
+        update_wrapper(self, function)
+        self._function, self._options = function, (inline, allocates)
+
+    def __call__(self, *args: Any) -> Any:
+        # From now on without a step in between.
+        type(self).__call__ = staticmethod(self.entry)  # type: ignore[method-assign]
+        return self.entry(*args)
+
+    def __reduce__(self) -> str:
+        return self._function.__qualname__
+
+    @cached_property
+    def entry(self) -> Any:
+        """What Python calls: numba's dispatcher, the function if its compiler is switched off."""
+        from . import dispatchers
+
+        return dispatchers.entry(self._function, *self._options, _stamp())
+
+    @cached_property
+    def part(self) -> Any:
+        """What other kernels call."""
+        from . import dispatchers
+
+        return dispatchers.Part(self.entry)
+
+    @property
+    def _numba_type_(self) -> Any:
+        return self.part._numba_type_
 
 
 @cache
 def _stamp() -> str:
     """Hash of the version of numba and the contents of all kernel sources."""
     root = Path(__file__).parents[1]
-    content = sha256(numba.__version__.encode())
+    content = sha256(version("numba").encode())
     for source in SOURCES:
         path = root / source
         for file in sorted(path.glob("*.py")) if path.is_dir() else [path]:

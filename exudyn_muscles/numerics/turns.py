@@ -1,8 +1,7 @@
 """Processes of one machine that take turns in compiling, so that the next one loads what the one
 before has compiled.
 
-There is a turn for each room of the package and place where kernels are stored. A room's kernels
-call those of lower rooms only, so that nobody who waits for one is waited for.
+There is a turn for each room of the package and place where kernels are stored.
 """
 
 from __future__ import annotations
@@ -37,8 +36,7 @@ def turn_of(stamp: str, module: str, file: str) -> str:
 def begin_turn(turn: str) -> bool:
     """Wait until no other process has this turn; whether one did.
 
-    Turns are within turns, as kernels are compiled within the ones that call them. Where there can
-    be no lock, everybody has a turn.
+    Where there can be no lock, everybody has a turn.
     """
     from filelock import Timeout  # slow to import, and needed at the first use on a machine alone
 
@@ -55,7 +53,7 @@ def begin_turn(turn: str) -> bool:
 
 
 def end_turn(turn: str) -> None:
-    """The next one, if this was the outermost turn."""
+    """The next one's turn."""
     with suppress(OSError):
         _lock(turn).release()
 

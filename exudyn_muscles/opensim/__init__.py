@@ -4,23 +4,6 @@ What in a file is damaged or cannot be represented here is refused by name, with
 reads an element of a file raises ModelFileError for it.
 """
 
-from . import result_files
-from .cmc_setup import CMCSetup
-from .joints import Coordinate
-from .load import load_model, read_coordinates
-from .meshes import load_meshes
-from .result_files import write_results
-from .setup import load_setup
-from .static_setup import StaticSetup
+import lazy_loader
 
-__all__ = [
-    "CMCSetup",
-    "Coordinate",
-    "StaticSetup",
-    "load_meshes",
-    "load_model",
-    "load_setup",
-    "read_coordinates",
-    "result_files",
-    "write_results",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

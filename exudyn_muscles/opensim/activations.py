@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from ..errors import StorageError
 from ..files.storage import Storage, read_storage
@@ -52,6 +51,8 @@ def activation_limits(
     ModelFileWarning
         That weights do not matter, or there is no muscle of a task's name.
     """
+    from scipy.interpolate import make_interp_spline  # slow to import
+
     limits = {}
     muscles = {muscle.name: muscle for muscle in model.muscles}
     for name, element in tasks.activations.items():

@@ -17,10 +17,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from scipy.integrate import DOP853
-
 from ..numerics.kernel import kernel
+from .dormand_prince import STAGES, A, B
 from .great_circle import plane_of_arc
 
 # OpenSim mirrors the middle of a path on the wrong side; that takes it to the other side of the
@@ -32,10 +30,6 @@ PARTS = (1, 4, 16)  # of the way from the sphere to the ellipsoid
 ACCURACY = 1e-13  # with which the end touches the line to Q, relative to their sizes
 CLOSE = 1e-3  # that angle in the sphere's coordinates [rad] where Q counts as close
 STEP = 0.35  # of the integration, in smallest radii of curvature
-
-# Dormand and Prince's method of order 8: Hairer, Norsett, Wanner: Solving ODEs I (1993), II.5.
-STAGES = 12
-A, B = np.ascontiguousarray(DOP853.A[:STAGES, :STAGES]), np.ascontiguousarray(DOP853.B)
 
 
 @kernel

@@ -11,7 +11,6 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..checks import link_number, number_within, three_numbers
 from ..errors import ParameterError
@@ -82,6 +81,8 @@ class WrapSurface:
 
     def row(self) -> np.ndarray:
         """The surface's part of its row in `Paths.wraps`."""
+        from scipy.spatial.transform import Rotation  # slow to import
+
         row = np.zeros(WRAP_COLUMNS)
         row[LINK], row[POSITION] = self.link, self.position
         row[ROTATION] = Rotation.from_euler("XYZ", self.rotation).as_matrix().ravel()

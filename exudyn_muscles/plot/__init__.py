@@ -1,19 +1,5 @@
 """Figures of results, of muscles and of studies."""
 
-from .analyses import joint_loads
-from .fibers import muscle
-from .indices import indices
-from .laws import curves
-from .trajectories import activations, comparison, excitations, forces, tracking_errors
+import lazy_loader
 
-__all__ = [
-    "activations",
-    "comparison",
-    "curves",
-    "excitations",
-    "forces",
-    "indices",
-    "joint_loads",
-    "muscle",
-    "tracking_errors",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial import ConvexHull, QhullError
 
 from ..errors import ParameterError
 from ..files.meshes import Mesh, read_mesh
@@ -92,6 +91,8 @@ def _bones(segment: Segment, smallest: float) -> list[Mesh]:
 
 def hull(segment: Segment | None, paths: Paths) -> Mesh | None:
     """The hull of a segment with several further joints, or of ground (None), in its frame."""
+    from scipy.spatial import ConvexHull, QhullError  # slow to import
+
     number, points = GROUND, [np.empty((0, 3))]
     if segment is not None:
         if len(segment.joints) < 3 or segment.frame is None:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from ..errors import ParameterError, SimulationError
 from ..model import MusculoskeletalModel
@@ -98,6 +97,8 @@ def identify(
     SimulationError
         The search did not end.
     """
+    from scipy.optimize import least_squares  # slow to import
+
     slack, strong = _numbers(model, slack_lengths), _numbers(model, strengths)
     torques = _Torques(model, record, slack, strong)
     low, high = np.array([SLACK] * len(slack) + [STRENGTH] * len(strong)).T

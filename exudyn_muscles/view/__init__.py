@@ -1,7 +1,5 @@
 """Muscles in Exudyn's renderer: solution viewer, interactive view and pictures."""
 
-from .colors import UNKNOWN, activation_color
-from .picture import render
-from .viewer import show_muscles, solution, view
+import lazy_loader
 
-__all__ = ["UNKNOWN", "activation_color", "render", "show_muscles", "solution", "view"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,10 +1,12 @@
 """Kernels are compiled once and stored; what is stored but damaged, or cannot be stored, costs a
 compilation and a warning, and nothing else. Compiling is said when it happens, and only then."""
 
+import gc
 import importlib.util
 import logging
 import math
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -57,7 +59,7 @@ def stored(load, tmp_path):
 
 
 def hits(dispatcher):
-    return sum(dispatcher.stats.cache_hits.values())
+    return sum(dispatcher.entry.stats.cache_hits.values())
 
 
 def warnings_of(caplog):
@@ -170,7 +172,7 @@ IMPORTED = """
 import exudyn_muscles as em
 from exudyn_muscles.numerics.curves import evaluate, pack
 print(evaluate(pack([em.simm_spline([0, 1, 2, 3], [0, 1, 8, 27])]), 0, 1.5)[0])
-print(sum(evaluate.stats.cache_hits.values()))
+print(sum(evaluate.entry.stats.cache_hits.values()))
 """
 
 
@@ -200,7 +202,7 @@ def test_the_package_can_be_used_where_nothing_can_be_written(tmp_path):
     )  # fmt: skip
     value, found, lines = printed(done)
     assert (value, found) == (3.375, 0)
-    folder = package / "path" / "__pycache__"  # of the first kernel
+    folder = package / "numerics" / "__pycache__"
     assert lines[0].startswith(f"compiled kernels cannot be kept in {folder}, so")
     assert lines[1:] == ["compiling the muscle kernels"]
 
@@ -225,20 +227,6 @@ def test_processes_that_compile_at_once(tmp_path):
     assert printed(later) == (3.375, 1, [])
 
 
-def test_a_turn_lasts_until_the_outermost_kernel_is_stored(load, monkeypatch):
-    """Or others would begin with the outer one while its inner ones are there already."""
-    outer = load()
-    lock, held = turns._lock(outer._cache.turn), []
-
-    def end_turn(turn):
-        held.append(lock.lock_counter)
-        turns.end_turn(turn)
-
-    monkeypatch.setattr(kernel_cache, "end_turn", end_turn)
-    assert outer(1.0) == 4.0
-    assert (held, lock.is_locked) == ([2, 1], False)
-
-
 def test_a_version_that_another_process_replaced_is_not_taken_for_ones_own(tmp_path, monkeypatch):
     """Both found an empty index and chose the same number."""
     mine, other = (kernel_cache._Versions(tmp_path, "kernel", "stamp") for _ in range(2))
@@ -256,6 +244,55 @@ def test_a_version_that_another_process_replaced_is_not_taken_for_ones_own(tmp_p
     assert (mine.load("float"), mine.load("int")) == (None, "code for integers")
     mine.save("float", "code for floats")
     assert (other.load("float"), other.load("int")) == ("code for floats", "code for integers")
+
+
+# Parts of a kernel
+
+
+ARRAYS = """
+def inner(x, i):
+    return x[i]
+
+def outer(x, y):
+    return inner(x, 0) + inner(y, y.size - 1)
+"""
+
+
+def inner_of(outer):
+    return outer._function.__globals__["inner"]
+
+
+def test_a_kernel_within_another_is_not_made_by_itself(load, tmp_path):
+    outer = load()
+    assert outer(1.0) == 4.0
+    assert not inner_of(outer).entry.overloads
+    assert {file.name.split("-")[0] for file in tmp_path.rglob("*.kernel")} == {"kernels.outer"}
+    assert inner_of(outer)(1.0) == 2.0
+
+
+def test_a_kernel_is_translated_once_for_arrays_that_can_be_written_and_others(load):
+    """And for numbers that are written at the call and others."""
+    outer, x = load(ARRAYS), np.array([1.0, 2.0])
+    fixed = x.copy()
+    fixed.setflags(write=False)
+    assert outer(fixed, x) == 3.0
+    made = inner_of(outer).part.overloads
+    assert (len(made), len({each.library for each in made.values()})) == (2, 1)
+
+
+def test_garbage_is_collected_again_after_compiling(load):
+    assert load()(1.0) == 4.0
+    assert gc.isenabled()
+    gc.disable()
+    try:
+        assert load(ARRAYS)(np.ones(1), np.ones(1)) == 2.0
+        assert not gc.isenabled()
+    finally:
+        gc.enable()
+
+
+def test_a_kernel_is_pickled_by_its_name():
+    assert pickle.loads(pickle.dumps(curves.evaluate)) is curves.evaluate
 
 
 # What is said
@@ -287,20 +324,20 @@ def test_compiling_is_said_once_when_it_happens(load, listening, caplog):
 
 
 def test_progress_is_said_in_cpu_time(load, caplog, monkeypatch):
-    """Three times outer with inner in it; what lies between them does not count."""
-    clock = iter([0, 3, 4, 10, 13, 14, 20, 23, 26])
+    """Four kernels; what lies between them does not count."""
+    clock = iter([0, 3, 10, 14, 20, 23, 30, 34])
     monkeypatch.setattr(compilation, "process_time", lambda: next(clock))
     listener, about = (
         compilation._Compilation(),
-        SimpleNamespace(data={"dispatcher": load()}),
+        SimpleNamespace(data={"dispatcher": load().entry}),
     )
-    for _ in range(3):
-        for step in (listener.on_start, listener.on_start, listener.on_end, listener.on_end):
-            step(about)
+    for _ in range(4):
+        listener.on_start(about)
+        listener.on_end(about)
     assert [record.getMessage() for record in caplog.records] == [
         "compiling the muscle kernels, once for this machine",
-        "compiled 3 kernels in 7 s of CPU time so far",
-        "compiled 6 kernels in 14 s of CPU time so far",
+        "compiled 2 kernels in 7 s of CPU time so far",
+        "compiled 4 kernels in 14 s of CPU time so far",
     ]
 
 
@@ -311,20 +348,20 @@ def test_other_kernels_are_not_spoken_of(listening, caplog):
     assert not caplog.records
 
 
-def test_a_failed_compilation_counts_as_ended(load, listening):
+def test_a_failed_compilation_ends_its_turn(load):
     outer = load("def inner(x):\n    return x\n\ndef outer(x):\n    return inner(x).nothing\n")
     with pytest.raises(Exception, match="Failed in nopython mode"):
         outer(1.0)
-    assert listening._open == 0
-    assert not turns._lock(outer._cache.turn).is_locked  # others may have their turn
+    assert not turns._lock(outer.entry._cache.turn).is_locked  # others may have their turn
 
 
 def test_without_a_compiler_there_is_nothing_to_store(tmp_path):
     done = subprocess.run(
-        [sys.executable, "-c", f"from {curves.__name__} import evaluate; print(evaluate)"],
+        [sys.executable, "-c", f"{IMPORTED.rpartition('print')[0]}print(evaluate.entry)"],
         env=environment(NUMBA_DISABLE_JIT="1"), capture_output=True, text=True, check=True,
     )  # fmt: skip
-    assert done.stdout.splitlines()[-1].startswith("<function evaluate")
+    value, entry = done.stdout.splitlines()[-2:]
+    assert float(value) == 3.375 and entry.startswith("<function evaluate")
 
 
 def test_turns_are_of_rooms_and_of_places(monkeypatch):

@@ -18,7 +18,7 @@ from exudyn_muscles.muscle import equilibrium, parameters
 unit = parameters.Muscle("unit", max_isometric_force=1000.0, optimal_fiber_length=0.1,
                          tendon_slack_length=0.2)
 print(equilibrium.equilibrium(parameters.MuscleSet([unit]), [0.5], [0.34]).force[0])
-print(sum(equilibrium.equilibria.stats.cache_hits.values()))
+print(sum(equilibrium.equilibria.entry.stats.cache_hits.values()))
 """
 
 WINDOWS = """
@@ -30,7 +30,7 @@ muscles, (a, l_t, u, l_0, v_0, l_1, v_1), _ = load("box")
 window = (l_0, l_1), (v_0, v_1), 0.01
 end = em.integrate_window(muscles, a, l_t, u, *window, integrator=em.Integrator.ROSENBROCK)
 print(sha256(b"".join(each.tobytes() for each in end)).hexdigest())
-print(sum(integrate_all.stats.cache_hits.values()))
+print(sum(integrate_all.entry.stats.cache_hits.values()))
 """
 
 

@@ -11,8 +11,6 @@ from dataclasses import KW_ONLY, dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
-from scipy.optimize.elementwise import find_root
 
 from ...checks import number_within
 from ...errors import ParameterError
@@ -195,6 +193,8 @@ class CustomLaw(MuscleLaw):
 
     def _function(self, name: str) -> Callable[[np.ndarray], np.ndarray]:
         """What was given for a curve as a function of arrays."""
+        from scipy.interpolate import PchipInterpolator  # slow to import
+
         label, given = self._label(name), getattr(self, name)
         return _of_arrays(label, given) if callable(given) else PchipInterpolator(*given)
 
@@ -282,6 +282,8 @@ def _of_arrays(label: str, function: Callable) -> Callable[[np.ndarray], np.ndar
 
 def _inverse(curve: Curve, slope: float) -> Curve:
     """The x at which a curve plus `slope` x, which increase, have a value."""
+    from scipy.optimize.elementwise import find_root  # slow to import
+
     low, high = curve.range
     least, most = (float(curve(x) + slope * x) for x in (low, high))
 
