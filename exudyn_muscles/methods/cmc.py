@@ -221,7 +221,7 @@ class CMCPlugin(UnifiedPlugin):
             q_1, v_1 = q_1 + (q - q_d), v_1 + (v - v_d)
         ahead = skeleton.dynamics_ahead(q_1, v_1, t_1, IMPLICIT_EULER)
         Q_m = ahead.M @ a_cmc + ahead.bias  # (14) with the sign of (6)
-        opened = muscles.open(state.a, state.l_t, state.geometry, t_0, t_1)
+        opened = muscles.open(state.a, state.l_t, state.geometry, t_0, t_1, state.at_bounds)
         reached = muscles.reach(opened, self.model.geometry(*ahead.place))
         recruited = muscles.recruit(reached, Q_m, ahead.place)
         excited = muscles.tried(recruited)
@@ -233,6 +233,7 @@ class CMCPlugin(UnifiedPlugin):
                 excited = muscles.tried(recruited)
         muscles.check(recruited)
         state.held, state.window_end = excited.window.excitation, t_1
+        state.at_bounds = recruited.recruitment.at_bounds
         self.begin_window(t_0, t_1, excited.reserve, excited.window)
 
     def _torque_against(

@@ -141,7 +141,9 @@ class CosimulationPlugin(Plugin):
 
     def open_step(self, t_0: float, t_1: float) -> None:
         state = self.state
-        state.opened = state.muscles.open(state.a, state.l_t, state.geometry, t_0, t_1)
+        state.opened = state.muscles.open(
+            state.a, state.l_t, state.geometry, t_0, t_1, state.at_bounds
+        )
         self._scheme.open_step(state)
 
     def torque(self, t: float, first: bool) -> np.ndarray | None:
@@ -157,4 +159,5 @@ class CosimulationPlugin(Plugin):
         state = self.state
         excited, state.geometry = self._scheme.excite(state)
         state.a, state.l_t = excited.activation, excited.tendon_length
+        state.at_bounds = state.served().recruitment.at_bounds
         return excited.reserve, excited.window

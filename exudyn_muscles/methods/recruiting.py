@@ -41,22 +41,25 @@ from ..skeleton.geometry import Geometry
 
 
 class Opened(NamedTuple):
-    """A window of the muscles until the time `end`, and the limits of the ideal actuators there."""
+    """A window of the muscles until the time `end`, the limits of the ideal actuators there, and
+    the bounds that forces were at where it begins."""
 
     window: OpenWindow
     ideal: np.ndarray
     end: float
+    near: np.ndarray | None
 
 
 class Within(NamedTuple):
     """Lowest and highest forces (m,) [N], excitations and activations (2, m) of muscles, and forces
-    (2, r) of ideal actuators."""
+    (2, r) of ideal actuators; which of them forces are likely to be at."""
 
     low: np.ndarray
     high: np.ndarray
     excitation: np.ndarray
     activation: np.ndarray
     ideal: np.ndarray
+    near: np.ndarray | None
 
 
 class Reached(NamedTuple):
@@ -90,12 +93,14 @@ class Excited(NamedTuple):
 
 
 class Started(NamedTuple):
-    """a, l_t (m,), reserves (r,) and unmet torques (n,) at the start of a run."""
+    """a, l_t (m,), reserves (r,) and unmet torques (n,) at the start of a run, and the bounds that
+    forces are at."""
 
     activation: np.ndarray
     tendon_length: np.ndarray
     reserve: np.ndarray
     unmet: np.ndarray
+    at_bounds: np.ndarray
 
 
 class MuscleOptimization:
@@ -142,19 +147,26 @@ class MuscleOptimization:
         muscles, (u, ideal) = self._model.muscles, self._limits.at(t)
         l, v = geometry.length, geometry.lengthening_speed
         low, high = steady_bounds(muscles, u, l, v)
-        recruitment = self._optimize(geometry, Q_m, Within(low, high, u, u, ideal), t, place)
+        recruitment = self._optimize(geometry, Q_m, Within(low, high, u, u, ideal, None), t, place)
         self._check_met(recruitment, t)
         force, reserve = self._split(recruitment.force)
         a, l_t = steady_state(muscles, u, force, l, v)
-        return Started(a, l_t, reserve, recruitment.unmet)
+        return Started(a, l_t, reserve, recruitment.unmet, recruitment.at_bounds)
 
     def open(
-        self, a: np.ndarray, l_t: np.ndarray, geometry: Geometry, t_0: float, t_1: float
+        self,
+        a: np.ndarray,
+        l_t: np.ndarray,
+        geometry: Geometry,
+        t_0: float,
+        t_1: float,
+        near: np.ndarray | None = None,
     ) -> Opened:
-        """A window from `t_0` to `t_1` that begins at the committed state."""
+        """A window from `t_0` to `t_1` that begins at the committed state, where forces were `near`
+        these bounds: most of them still are at its end."""
         u, ideal = self._limits.at(t_1)
         start = MuscleState(a, l_t, geometry.length, geometry.lengthening_speed)
-        return Opened(open_window(self.windows, start, t_1 - t_0, u), ideal, t_1)
+        return Opened(open_window(self.windows, start, t_1 - t_0, u), ideal, t_1, near)
 
     def reach(self, opened: Opened, geometry: Geometry) -> Reached:
         """Force limits (8), (9) where the window ends with this geometry."""
@@ -165,8 +177,8 @@ class MuscleOptimization:
     def recruit(self, reached: Reached, Q_m: np.ndarray, place: tuple) -> Recruited:
         """The forces at the window's end for the torques `Q_m` (n,), where the geometry is that of
         a `place`."""
-        (window, ideal, end), geometry, reach = reached
-        within = Within(reach.low, reach.high, window.u, reach.ends[0], ideal)
+        (window, ideal, end, near), geometry, reach = reached
+        within = Within(reach.low, reach.high, window.u, reach.ends[0], ideal, near)
         found = self._optimize(geometry, Q_m, within, end, place)
         return Recruited(reached, Q_m, found)
 
@@ -211,7 +223,7 @@ class MuscleOptimization:
     def _optimize(
         self, geometry: Geometry, Q_m: np.ndarray, within: Within, t: float, place: tuple
     ) -> Recruitment:
-        low, high, excitation, activation, ideal = within
+        low, high, excitation, activation, ideal, near = within
         given = self._settings.normalizer(self._model.muscles, high, geometry)
         try:
             N = np.asarray(given, dtype=float)
@@ -229,7 +241,7 @@ class MuscleOptimization:
             low, high = np.concatenate((low, ideal[0])), np.concatenate((high, ideal[1]))
             N = np.concatenate((N, self._optimal))
         found = self._recruiter.solve(
-            Demand(r, Q_m, low, high, N, t, excitation, activation, self._cheaper, place)
+            Demand(r, Q_m, low, high, N, t, excitation, activation, self._cheaper, near, place)
         )
         self._counts.not_preferred += not found.preferred
         return found

@@ -141,13 +141,16 @@ def static_optimization(
                 if last is None:
                     start = muscles.start(geometry, Q_m, t, place)
                     record.begin(t, start.reserve, start.unmet)
-                    a, l_t, reserve = start[:3]
+                    a, l_t, reserve, at_bounds = *start[:3], start.at_bounds
                     torque, window = model.torque(geometry, a, l_t, reserve), None
                 else:
-                    opened = muscles.open(a, l_t, last, times[n - 1], t)
+                    opened = muscles.open(a, l_t, last, times[n - 1], t, at_bounds)
                     recruited = muscles.recruit(muscles.reach(opened, geometry), Q_m, place)
                     a, l_t, reserve, window = muscles.excite(recruited)
-                    torque = recruited.recruitment.torque
+                    torque, at_bounds = (
+                        recruited.recruitment.torque,
+                        recruited.recruitment.at_bounds,
+                    )
                     counts.steps += 1
                 whole = skeleton.x, skeleton.x_t, skeleton.drift
                 point = q_d[n], v_d[n], a_d[n], *whole, a, l_t, torque

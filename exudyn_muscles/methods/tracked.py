@@ -23,12 +23,15 @@ class TrackedState(RunState):
     ----------
     muscles : MuscleOptimization
     tracking : Tracking
+    at_bounds : (m + r,) ndarray
+        The bounds that forces were at last, see `Recruitment`.
     middle, widest : (n,) ndarray
         Of the coordinates that the run may have.
     """
 
     muscles: MuscleOptimization
     tracking: Tracking
+    at_bounds: np.ndarray = field(init=False, metadata=HANDED_ON)
     middle: np.ndarray
     widest: np.ndarray = field(metadata=HANDED_ON)
 
@@ -74,5 +77,6 @@ def start_tracking(
     start = state.muscles.start(state.geometry, Q_m, t, there.place)
     off = np.abs(q - state.middle)
     state.widest = np.maximum(state.widest, off + ABSURD)
+    state.at_bounds = start.at_bounds
     state.record.begin(t, start.reserve, start.unmet)
     return start

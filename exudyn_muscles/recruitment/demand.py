@@ -26,6 +26,8 @@ class Demand(NamedTuple):
         Lowest and highest ones of the muscles, with which the window ends at F_min and F_max.
     cheaper : (k,) ndarray
         What weights have made of the normalising forces: N is this many times the normalizer's.
+    near : (m,) int ndarray
+        Which bounds the solution is likely to be at, as `Recruitment.at_bounds`; none if left out.
     place : tuple
         What `MusculoskeletalModel.geometry` takes there; views of what a run moves on. It begins
         with coordinates and speeds (n,).
@@ -40,4 +42,5 @@ class Demand(NamedTuple):
     excitation: np.ndarray = NOTHING_KNOWN
     activation: np.ndarray = NOTHING_KNOWN
     cheaper: np.ndarray = NOTHING_KNOWN[0]
+    near: np.ndarray | None = None
     place: tuple = ()

@@ -28,6 +28,8 @@ from .problem import Answer, Recruitment, ScaledProblem
 OSQP = {"eps_abs": 1e-8, "eps_rel": 1e-8, "polishing": True, "max_iter": 20000}
 # DAQP's infinity, and its mark of a row that is an equality.
 UNBOUNDED, EQUALITY = 1e30, 5
+# Its marks of rows that it starts with as if they were equalities.
+AT_HIGH, AT_LOW = 1, 3
 # How far DAQP may pass a bound: its default, and what sequences of programs need to come to an end.
 USUAL, EXACT = 1e-6, 1e-12
 # And of the nearest torque, over the terms that it is the sum of.
@@ -121,7 +123,22 @@ def _ask_daqp(problem: qpsolvers.Problem) -> Answer:
     sense = np.zeros(upper.size, np.intc)
     sense[m : m + n] = EQUALITY
     passed = USUAL if isinstance(problem, ScaledProblem) else EXACT
-    x, _, found, info = daqp.solve(problem.P, problem.q, A, upper, low, sense, primal_tol=passed)
+    near = getattr(problem, "near", None)
+    if near is not None:
+        started = sense.copy()
+        started[:m][near > 0], started[:m][near < 0] = AT_HIGH, AT_LOW
+        answer = _ask_daqp_from(started, problem, A, upper, low, passed)
+        if answer is not None:
+            return answer
+    return _ask_daqp_from(sense, problem, A, upper, low, passed)
+
+
+def _ask_daqp_from(
+    sense: np.ndarray, problem: qpsolvers.Problem, A: np.ndarray, upper: np.ndarray,
+    low: np.ndarray, passed: float,
+) -> Answer:  # fmt: skip
+    (n, m), P, q = problem.A.shape, problem.P, problem.q
+    x, _, found, info = daqp.solve(P, q, A, upper, low, sense, primal_tol=passed)
     return (x, info["lam"][m : m + n]) if found > 0 else None
 
 

@@ -19,6 +19,8 @@ from .demand import Demand
 UNMET = 1e-7
 # Arms this much shorter than the longest one are rounding: 1e-17 m beside 1e-2 m.
 NOISE = 1e-12
+# How far a solver's x is from a bound that it is at, at most.
+CLOSE = 1e-10
 # Rounding of a demand [N m or N] where nothing acts, and over the largest demand.
 NOTHING, OF_LARGEST = 1e-12, 2.0**-50
 
@@ -33,6 +35,7 @@ class Recruitment(NamedTuple):
     `force` F_opt (m,) [N, or N m], `torque` delivered (n,), `unmet` demanded minus delivered torque
     (n,), exactly zero where the demand is met, and the `residual` of the optimality conditions:
     that of `kkt_residual`, or out of reach those of `two_levels`. `met` says that all of it is,
+    `at_bounds` (m,) are -1 where a force is the lowest, 1 where it is the highest and else 0.
     `preferred` that the forces are what the criterion prefers: if its problem is not solved, they
     are those of the least squares.
     """
@@ -42,6 +45,7 @@ class Recruitment(NamedTuple):
     unmet: np.ndarray
     residual: float
     met: bool
+    at_bounds: np.ndarray
     preferred: bool
 
 
@@ -59,6 +63,8 @@ class ScaledProblem(qpsolvers.Problem):
 
     Attributes
     ----------
+    near : (m,) int ndarray or None
+        The demand's.
     scale : (n,) ndarray
         The rows' lengths before. Coordinates that actuators cross by no more than rounding have
         none, and rows of zeros.
@@ -80,6 +86,7 @@ class ScaledProblem(qpsolvers.Problem):
             r, Q_m, F_min, F_max, N, A, b, low, high, size, self.scale, idle
         )
         self._given, self._size, self._idle = given, size, idle
+        self.near = demand.near
         super().__init__(np.eye(m), np.zeros(m), A=A, b=b, lb=low, ub=high)
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
@@ -114,15 +121,15 @@ class ScaledProblem(qpsolvers.Problem):
     def recruited(self, x: np.ndarray, residual: float, *, preferred: bool = True) -> Recruitment:
         """The forces that `x` stands for, and what they deliver."""
         r, Q_m, F_min, F_max, N = self._given
-        F = np.empty(x.size)
-        forces(x, N, F_min, F_max, F)
+        F, at_bounds = np.empty(x.size), np.empty(x.size, dtype=np.int8)
+        forces(x, N, F_min, F_max, F, at_bounds)
         torque = r.T @ F
         unmet = Q_m - torque
         met = drop_below(unmet, self._nothing)
         if not met:
             unmet[np.abs(unmet) <= self._tolerance(F)] = 0.0
             met = not unmet.any()
-        return Recruitment(F, torque, unmet, residual, met, preferred)
+        return Recruitment(F, torque, unmet, residual, met, at_bounds, preferred)
 
     def _tolerance(self, F: np.ndarray) -> np.ndarray:
         """Up to where torques (n,) are no gap: of what a row's actuators can do, and of rounding in
@@ -202,10 +209,13 @@ def _largest(A, i, low, high, demand):
 
 
 @kernel
-def forces(x, N, F_min, F_max, F):
-    """Write the forces F (m,) within the bounds that `x` (m,) stands for."""
+def forces(x, N, F_min, F_max, F, at_bounds):
+    """Write the forces F (m,) within the bounds that `x` (m,) stands for, and at which it is."""
     for i in range(x.size):
-        F[i] = min(max(N[i] * x[i], F_min[i]), max(F_min[i], F_max[i]))
+        low, high = F_min[i], max(F_min[i], F_max[i])
+        F[i] = min(max(N[i] * x[i], low), high)
+        close = CLOSE * N[i]
+        at_bounds[i] = -1 if F[i] <= low + close else int(F[i] >= high - close)
 
 
 @kernel
