@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 from ..opensim import REFERENCE
@@ -24,9 +25,9 @@ def stop(t):
     print(time.process_time(), flush=True)
     os._exit(0)
 em.cosimulate(pendulum.build(), pendulum.motion(), progress=stop)"""
-LOADED = f"""
-import time, exudyn_muscles as em
-for _ in range({{}}): em.opensim.load_setup({str(SETUP)!r})
+LOADED = f"import exudyn_muscles as em; em.opensim.load_setup({str(SETUP)!r})"
+LOADED_AGAIN = f"""{LOADED}
+import time
 begun = time.process_time()
 em.opensim.load_setup({str(SETUP)!r})
 print(time.process_time() - begun)"""
@@ -45,8 +46,8 @@ ROWS = {
     "`examples/01`, first use": EXAMPLE,
 }
 LOADING = {
-    "loading gait2354 with its set-up": LOADED.format(0),
-    "loading it again": LOADED.format(1),
+    "import, and gait2354 with its set-up": LOADED,
+    "loading it again": LOADED_AGAIN,
 }
 
 
@@ -62,9 +63,8 @@ def cpu_time(folder: Path, code: str, cache: str) -> float:
     return float(printed.split()[-1])
 
 
-def rows(folders: list[Path]) -> dict[str, list[float]]:
-    """The least CPU times [s] of every row, with each of these checkouts."""
-    found: dict[str, list[float]] = {}
+def rows(folders: list[Path]) -> Iterator[tuple[str, list[float]]]:
+    """Every row, and its least CPU times [s] with each of these checkouts."""
     with tempfile.TemporaryDirectory() as cache:
         stored = [str(Path(cache) / str(k)) for k in range(len(folders))]
         for name, code in (ROWS | (LOADING if SETUP.exists() else {})).items():
@@ -78,8 +78,7 @@ def rows(folders: list[Path]) -> dict[str, list[float]]:
                     new = [str(Path(empty) / str(k)) for k in range(len(folders))]
                     pairs = zip(folders, new if first else stored, strict=True)
                     times.append([cpu_time(folder, code, place) for folder, place in pairs])
-            found[name] = [min(each) for each in zip(*times, strict=True)]
-    return found
+            yield name, [min(each) for each in zip(*times, strict=True)]
 
 
 def main() -> None:
@@ -89,7 +88,7 @@ def main() -> None:
     folders = [HERE] if beside is None else [beside.resolve(), HERE]
     print(f"| CPU s | {'this version' if beside is None else f'{beside} | this version'} |")
     print("|---" * (1 + len(folders)) + "|")
-    for name, times in rows(folders).items():
+    for name, times in rows(folders):
         print(f"| {name} | {' | '.join(f'{each:.2f}' for each in times)} |", flush=True)
 
 
