@@ -35,6 +35,7 @@ extensions = [
 ]
 exclude_patterns = ["extensions", "tutorials/out"]
 nitpicky = True
+suppress_warnings = ["toc.empty_glob"]
 default_role = "known"  # names.py: a link where the reference knows the name
 
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]

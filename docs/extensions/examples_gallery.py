@@ -54,7 +54,7 @@ published figures.
 {cards}
 ::::
 
-A notebook goes [from a recorded motion to joint loads](joint_loads).
+A notebook goes [from a recorded motion to joint loads](joint_loads.ipynb).
 [More pictures](../gallery.md) show models and pages of results.
 
 ```{{toctree}}

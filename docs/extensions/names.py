@@ -6,6 +6,7 @@ is a warning of the build.
 """
 
 import re
+from importlib.util import find_spec
 
 from docutils import nodes
 from sphinx import addnodes
@@ -63,6 +64,5 @@ def resolved(app, env, node, contnode):
             return make_refnode(
                 app.builder, node["refdoc"], found.docname, found.node_id, contnode, full
             )
-    if name.split(".")[0] in (room.strip(".") for room in ROOMS) and "." not in name:
-        return contnode  # a module
-    return None if node["refwarn"] else contnode
+    known_otherwise = not node["refwarn"] or find_spec(f"{PACKAGE}.{name}")  # code, or a module
+    return contnode if known_otherwise else None

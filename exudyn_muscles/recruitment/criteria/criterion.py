@@ -25,6 +25,14 @@ class Criterion(Protocol):
     def prepare(self, model: MusculoskeletalModel) -> Problems:
         """What makes a problem of every demand of a run; its solution is preferred.
 
+        Parameters
+        ----------
+        model : MusculoskeletalModel
+
+        Returns
+        -------
+        Problems
+
         Raises
         ------
         ParameterError
