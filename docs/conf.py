@@ -1,4 +1,4 @@
-"""Settings of the documentation's site: `sphinx-build -W -n --keep-going docs out/site`."""
+"""Settings of the documentation's site: `sphinx-build -W -n --keep-going -j 2 docs out/site`."""
 
 import os
 import shutil
@@ -6,13 +6,18 @@ import sys
 from importlib.metadata import version as installed
 from pathlib import Path
 
+import numpydoc.xref
+
+import exudyn_muscles
+
+BACKEND_OF_NOTEBOOKS = "module://matplotlib_inline.backend_inline"
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE / "extensions"), str(HERE.parent)]
-# Notebooks and examples take the package beside this folder, and open no windows.
+sys.path.insert(0, str(HERE / "extensions"))
+# Notebooks and examples take package and models beside this folder, and open no windows.
 os.environ["PYTHONPATH"] = os.pathsep.join(
     filter(None, [str(HERE.parent), os.environ.get("PYTHONPATH")])
 )
-os.environ |= {"MPLBACKEND": "Agg", "EXUDYN_NO_USER_SETTINGS": "1"}
+os.environ |= {"MPLBACKEND": BACKEND_OF_NOTEBOOKS, "EXUDYN_NO_USER_SETTINGS": "1"}
 os.environ.pop("EXUDYN_SUPPRESS_UI_WINDOW_OPEN", None)  # Exudyn would say so on every page
 shutil.rmtree(HERE / "tutorials" / "out", ignore_errors=True)  # what the last build's wrote there
 
@@ -35,7 +40,6 @@ extensions = [
 ]
 exclude_patterns = ["extensions", "tutorials/out"]
 nitpicky = True
-suppress_warnings = ["toc.empty_glob"]
 default_role = "known"  # names.py: a link where the reference knows the name
 
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
@@ -54,7 +58,11 @@ autodoc_typehints = "none"  # types and shapes stand in the docstrings
 autodoc_preserve_defaults = True
 autosummary_generate = False
 numpydoc_show_class_members = False
-numpydoc_xref_param_type = False
+# Types of parameters are links where they are names of the package, and text else.
+numpydoc.xref.DEFAULT_LINKS.clear()  # into Python's and NumPy's manuals, which are not at hand
+numpydoc_xref_param_type = True
+numpydoc_xref_ignore = "all"
+numpydoc_xref_aliases = {name: f"exudyn_muscles.{name}" for name in exudyn_muscles.__all__}
 
 html_theme = "furo"
 html_title = "exudyn_muscles"

@@ -167,7 +167,7 @@ class MusculoskeletalModel:
         muscles: Iterable[Muscle] | None = None,
         reserves: Sequence[Actuator] | None = None,
     ) -> MusculoskeletalModel:
-        """A `MusculoskeletalModel` with the same skeleton and other muscles or ideal actuators; what
+        """A `MusculoskeletalModel` on the same skeleton with other muscles or ideal actuators; what
         is left out stays.
 
         Parameters

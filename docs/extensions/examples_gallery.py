@@ -7,6 +7,7 @@ Before a build the scripts are run, all in one process, and pages are written in
 import ast
 import hashlib
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -39,6 +40,7 @@ CARD = """:::{{grid-item-card}} {title}
 :link: {page}
 :link-type: doc
 :img-top: {picture}
+:class-img-top: card-picture
 {first}
 :::
 """
@@ -78,7 +80,7 @@ def make_pages(app):
     PAGES.mkdir(exist_ok=True)
     done = subprocess.run(
         [sys.executable, str(HERE / "run_examples.py"), str(PAGES), *map(str, SCRIPTS)],
-        capture_output=True, text=True,
+        capture_output=True, text=True, env=os.environ | {"MPLBACKEND": "Agg"},
     )  # fmt: skip
     if done.returncode != 0:
         raise ExtensionError(f"an example failed:\n{done.stdout}{done.stderr}")
