@@ -34,7 +34,7 @@ extensions = [
     "sphinx_design",
     # this project's own, in extensions/
     "inherited",
-    "mathml",
+    "mathematics",
     "names",
     "examples_gallery",
 ]
@@ -64,6 +64,7 @@ numpydoc_xref_param_type = True
 numpydoc_xref_ignore = "all"
 numpydoc_xref_aliases = {name: f"exudyn_muscles.{name}" for name in exudyn_muscles.__all__}
 
+html_math_renderer = "pictures"
 html_theme = "furo"
 html_title = "exudyn_muscles"
 html_static_path = ["_static"]

@@ -13,6 +13,7 @@ from .benchmarks import paper_table
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES += [page for room in ("theory", "tutorials") for page in (ROOT / "docs" / room).glob("*.md")]
 ROOMS = {"em": em, "studies": em.studies, "operators": em.operators, "plot": em.plot}
 
 
@@ -37,6 +38,28 @@ def test_code_on_pages_has_names_of_the_package(page):
                     found = getattr(found, name)
                     if not isinstance(found, (type, type(em))):
                         break  # what a value has only a run knows
+
+
+def commands(page):
+    """The project's commands between backticks, or as lines of blocks."""
+    text = re.sub(r"\s+", " ", page.read_text())
+    return re.findall(r"(?:python -m|pytest) tests[/.][^`]*?(?=`| ```|$)", text)
+
+
+def test_there_are_commands():
+    assert sum(len(commands(page)) for page in PAGES) > 30
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_commands_on_pages_run_something(page):
+    for command in commands(page):
+        place = re.search(r"tests[\w./]*\w", command)[0]
+        path = ROOT / (place if "/" in place or place == "tests" else place.replace(".", "/"))
+        there = path if path.exists() else path.with_suffix(".py")
+        assert there.exists(), command
+        for word in re.findall(r"\w+", "".join(re.findall(r'-k "?([\w ]+)', command))):
+            names = re.findall(r"^def (test_\w+)", there.read_text(), re.M)
+            assert word == "or" or any(word in name for name in names), f"{command}: {word}"
 
 
 @pytest.fixture(scope="module")
