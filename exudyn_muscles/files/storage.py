@@ -276,6 +276,8 @@ def read_storage(file: str | Path) -> Storage:
     stated = header.get("nRows")
     announced = None if stated is None else (stated.number(file), stated.line)
     table = read_table(str(file), lines, rows, [time, *labels], announced)
+    if not len(table):
+        raise StorageError(f"{here}: what follows are no rows of {1 + len(labels)} numbers")
     table = table[np.append(np.diff(table[:, 0]) > 0.0, True)]
     degrees = _in_degrees(file, lines[:first], header)
     return Storage(name, tuple(labels), table[:, 0], table[:, 1:], degrees)
