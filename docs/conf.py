@@ -53,6 +53,8 @@ nb_execution_show_tb = True
 nb_output_stderr = "remove"  # what the first use on a machine says of its compilation
 nb_merge_streams = True
 
+copybutton_prompt_text, copybutton_prompt_is_regexp = r">>> |\.\.\. ", True
+
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # types and shapes stand in the docstrings
 autodoc_preserve_defaults = True
