@@ -32,6 +32,8 @@ class Criterion(Protocol):
         Returns
         -------
         Problems
+            A function of a Demand (arms, torques, limits, activations, time, place) that gives its
+            problem.
 
         Raises
         ------
