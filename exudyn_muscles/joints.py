@@ -86,6 +86,14 @@ def joint_names(model: MusculoskeletalModel) -> tuple[str, ...]:
     A joint of a tree ends with a link that has a mass and is called by that link's coordinate; any
     other coordinate stands for a joint that ends there. One between bodies is called by what is
     tracked of it, if that is one coordinate, or else as in the `mbs`.
+
+    Parameters
+    ----------
+    model : MusculoskeletalModel
+
+    Returns
+    -------
+    tuple of str
     """
     return tuple(joint.name for joint in _all(model))
 

@@ -51,6 +51,8 @@ class MusculoskeletalModel:
         Ideal actuators: reserves on coordinates, residual forces and torques on links.
     loops : Loops, optional
         Closed loops of the tree, whose dependent coordinates are held in the same way.
+    followers
+        Old name of `dependent_coordinates`; warns.
 
     Attributes
     ----------
@@ -165,7 +167,13 @@ class MusculoskeletalModel:
         muscles: Iterable[Muscle] | None = None,
         reserves: Sequence[Actuator] | None = None,
     ) -> MusculoskeletalModel:
-        """The same skeleton with other muscles or ideal actuators; what is left out stays.
+        """A `MusculoskeletalModel` on the same skeleton with other muscles or ideal actuators; what
+        is left out stays.
+
+        Parameters
+        ----------
+        muscles, reserves
+            As of a new model.
 
         Raises
         ------

@@ -25,7 +25,24 @@ from .muscle.parameters import AT_ONCE, RANGES, Muscle
 def ignore_passive_fiber_forces(
     muscles: Iterable[Muscle], names: Iterable[str] | None = None
 ) -> list[Muscle]:
-    """Fibres that bear nothing passively (`ModOpIgnorePassiveFiberForcesDGF`); dampers stay."""
+    """Fibres that bear nothing passively (`ModOpIgnorePassiveFiberForcesDGF`); dampers stay.
+
+    Parameters
+    ----------
+    muscles : iterable of Muscle
+    names : iterable of str, optional
+        Muscles that are changed; all if left out.
+
+    Returns
+    -------
+    list of Muscle
+        All of them, in their order.
+
+    Raises
+    ------
+    ParameterError
+        There is no muscle of a name; tells which there are.
+    """
     return _changed(
         muscles, names, lambda m: {"law": _like(m.law, ignore_passive_fiber_force=True)}
     )
@@ -34,8 +51,27 @@ def ignore_passive_fiber_forces(
 def scale_active_fiber_force_curve_width(
     muscles: Iterable[Muscle], factor: float, names: Iterable[str] | None = None
 ) -> list[Muscle]:
-    """Fibres that are active over a wider range of lengths, a `factor` of at least 1 times what
-    they have (`ModOpScaleActiveFiberForceCurveWidthDGF`)."""
+    """Fibres that are active over a wider range of lengths
+    (`ModOpScaleActiveFiberForceCurveWidthDGF`).
+
+    Parameters
+    ----------
+    muscles : iterable of Muscle
+    factor : float
+        At least 1; times the width that they have.
+    names : iterable of str, optional
+        Muscles that are changed; all if left out.
+
+    Returns
+    -------
+    list of Muscle
+        All of them, in their order.
+
+    Raises
+    ------
+    ParameterError
+        A width is below that of the law or above ten times that, or there is no muscle of a name.
+    """
 
     def wider(muscle: Muscle) -> dict[str, Any]:
         now = getattr(muscle.law, "active_force_width_scale", 1.0)
@@ -47,7 +83,26 @@ def scale_active_fiber_force_curve_width(
 def ignore_tendon_compliance(
     muscles: Iterable[Muscle], names: Iterable[str] | None = None, *, ignore: bool = True
 ) -> list[Muscle]:
-    """Rigid tendons, or with `ignore=False` elastic ones (`ModOpIgnoreTendonCompliance`)."""
+    """Rigid tendons, or elastic ones (`ModOpIgnoreTendonCompliance`).
+
+    Parameters
+    ----------
+    muscles : iterable of Muscle
+    names : iterable of str, optional
+        Muscles that are changed; all if left out.
+    ignore : bool
+        False makes tendons elastic.
+
+    Returns
+    -------
+    list of Muscle
+        All of them, in their order.
+
+    Raises
+    ------
+    ParameterError
+        There is no muscle of a name; tells which there are.
+    """
     return _changed(muscles, names, lambda _: {"ignore_tendon_compliance": ignore})
 
 
@@ -55,7 +110,24 @@ def ignore_physiology(
     muscles: Iterable[Muscle], names: Iterable[str] | None = None
 ) -> list[Muscle]:
     """Tensions of the activation times F0 at any length and speed, which follow excitations at
-    once (`use_muscle_physiology` of OpenSim's static optimization, if it is false)."""
+    once (`use_muscle_physiology` of OpenSim's static optimization, if it is false).
+
+    Parameters
+    ----------
+    muscles : iterable of Muscle
+    names : iterable of str, optional
+        Muscles that are changed; all if left out.
+
+    Returns
+    -------
+    list of Muscle
+        All of them, in their order.
+
+    Raises
+    ------
+    ParameterError
+        There is no muscle of a name; tells which there are.
+    """
 
     def constant(muscle: Muscle) -> dict[str, Any]:
         return {
@@ -80,6 +152,24 @@ def replace_law(
 
     A tendon's own strain stays where the new law has such a number, and the minimum activation is
     at least the usual one where the law divides by it.
+
+    Parameters
+    ----------
+    muscles : iterable of Muscle
+    law : MuscleLaw
+        Such as `Millard2012()`.
+    names : iterable of str, optional
+        Muscles that are changed; all if left out.
+
+    Returns
+    -------
+    list of Muscle
+        All of them, in their order.
+
+    Raises
+    ------
+    ParameterError
+        It is no law, or there is no muscle of a name.
     """
     if not isinstance(law, MuscleLaw):
         raise ParameterError(f"law: a MuscleLaw such as Millard2012() was expected, got {law!r}")
@@ -99,7 +189,26 @@ def replace_law(
 def scale_max_isometric_force(
     muscles: Iterable[Muscle], factor: float, names: Iterable[str] | None = None
 ) -> list[Muscle]:
-    """Stronger or weaker muscles (`ModOpScaleMaxIsometricForce`)."""
+    """Stronger or weaker muscles (`ModOpScaleMaxIsometricForce`).
+
+    Parameters
+    ----------
+    muscles : iterable of Muscle
+    factor : float
+        Positive; times the strength that they have.
+    names : iterable of str, optional
+        Muscles that are changed; all if left out.
+
+    Returns
+    -------
+    list of Muscle
+        All of them, in their order.
+
+    Raises
+    ------
+    ParameterError
+        A strength leaves its range, or there is no muscle of a name.
+    """
     return _changed(
         muscles, names, lambda m: {"max_isometric_force": factor * m.max_isometric_force}
     )

@@ -66,7 +66,11 @@ class EMG:
 
     @classmethod
     def from_file(cls, file: str | Path) -> EMG:
-        """Of a storage file (`.sto`, `.mot`).
+        """The `EMG` of a storage file (`.sto`, `.mot`).
+
+        Parameters
+        ----------
+        file : str or Path
 
         Raises
         ------
@@ -77,7 +81,7 @@ class EMG:
         return cls(table.labels, table.time, table.values)
 
     def envelope(self, *, band: tuple[float, float] | None = BAND, cutoff: float = CUTOFF) -> EMG:
-        """The rectified signal, smoothed: Butterworth filters of fourth order, forwards and back.
+        """The `EMG` rectified and smoothed: Butterworth filters of fourth order, forwards and back.
 
         Parameters
         ----------
@@ -118,8 +122,12 @@ class EMG:
         return replace(self, values=np.maximum(sosfiltfilt(low, np.abs(x), axis=0), 0.0))
 
     def normalized(self, by: ArrayLike | None = None) -> EMG:
-        """Over `by` (c,), such as values of maximum voluntary contraction, or over the largest
-        value of each.
+        """The `EMG` divided by the largest value of each, or by values that are given.
+
+        Parameters
+        ----------
+        by : (c,) array_like, optional
+            Such as values of maximum voluntary contraction.
 
         Raises
         ------
@@ -134,7 +142,12 @@ class EMG:
         return replace(self, values=self.values / size)
 
     def delayed(self, delay: float) -> EMG:
-        """As it acts, the electromechanical `delay` [s] later.
+        """The `EMG` as it acts, the electromechanical delay later.
+
+        Parameters
+        ----------
+        delay : float
+            [s]
 
         Raises
         ------
@@ -145,7 +158,18 @@ class EMG:
         return replace(self, time=self.time + delay)
 
     def at(self, name: str, t: np.ndarray) -> np.ndarray:
-        """Values of one muscle at times `t`, linear in between; NaN outside of the record."""
+        """Values of one muscle, linear in between; NaN outside of the record.
+
+        Parameters
+        ----------
+        name : str
+        t : (k,) ndarray
+            [s]
+
+        Returns
+        -------
+        (k,) ndarray
+        """
         return np.interp(t, self.time, self._of(name), left=np.nan, right=np.nan)
 
     def courses(
@@ -160,6 +184,11 @@ class EMG:
             Muscle of a model -> name of the EMG; several muscles may share one.
         delay : float
             As of `compare_emg`.
+
+        Returns
+        -------
+        dict of str to pair of (k,) ndarray
+            Muscle of the model -> times [s] and values.
 
         Raises
         ------
@@ -182,7 +211,18 @@ class EMG:
     def limits(
         self, muscles: Mapping[str, str], width: float, *, delay: float = DELAY
     ) -> dict[str, ControlLimits]:
-        """Control limits at most `width` below and above the EMG, for `control_limits`.
+        """Control limits around the EMG, for `control_limits`.
+
+        Parameters
+        ----------
+        muscles, delay
+            As of `courses`.
+        width : float
+            How far below and above limits are, in [0, 1].
+
+        Returns
+        -------
+        dict of str to ControlLimits
 
         Raises
         ------

@@ -24,7 +24,17 @@ LACK = 0.1
 
 
 class Scaled(NamedTuple):
-    """Scales of EMG by muscle, the criterion with which they were found, and its result."""
+    """Scales of EMG.
+
+    Attributes
+    ----------
+    scales : dict of str to float
+        By muscle.
+    criterion : Followed
+        With which they were found.
+    result : Trajectory
+        Of static optimization by it.
+    """
 
     scales: dict[str, float]
     criterion: Followed

@@ -122,10 +122,32 @@ class EnergyLaw(ABC):
 
     @abstractmethod
     def heat(self, fibers: Fibers) -> tuple[np.ndarray, np.ndarray]:
-        """Heat of activation and maintenance, and of shortening or lengthening (k, m) [W/kg]."""
+        """Heat over the muscles' mass.
+
+        Parameters
+        ----------
+        fibers : Fibers
+            State of m muscles' fibres at k times.
+
+        Returns
+        -------
+        pair of (k, m) ndarray
+            Heat of activation and maintenance, and of shortening or lengthening [W/kg].
+        """
 
     def rates(self, fibers: Fibers) -> EnergyRates:
-        """All rates of fibres."""
+        """All rates of fibres.
+
+        Parameters
+        ----------
+        fibers : Fibers
+            State of m muscles' fibres at k times.
+
+        Returns
+        -------
+        EnergyRates
+            (k, m) each [W/kg].
+        """
         scaled = fibers._replace(
             excitation=self.effort_scaling * fibers.excitation,
             activation=self.effort_scaling * fibers.activation,
@@ -143,7 +165,18 @@ class EnergyLaw(ABC):
         return EnergyRates(steady, shortening, work, heat + work)
 
     def working_force(self, fibers: Fibers) -> np.ndarray:
-        """The force that does the work."""
+        """The force that does the work.
+
+        Parameters
+        ----------
+        fibers : Fibers
+            State of m muscles' fibres at k times.
+
+        Returns
+        -------
+        (k, m) ndarray
+            As `active` of the fibres.
+        """
         return fibers.active
 
 

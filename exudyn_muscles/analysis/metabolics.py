@@ -61,7 +61,17 @@ class Tissue:
             number_within("Tissue: mass", self.mass, LEAST, LARGEST)
 
     def mass_of(self, muscle: Muscle) -> float:
-        """The mass of a muscle [kg]."""
+        """The mass of a muscle [kg].
+
+        Parameters
+        ----------
+        muscle : Muscle
+
+        Returns
+        -------
+        float
+            [kg]
+        """
         if self.mass is not None:
             return self.mass
         area = muscle.max_isometric_force / self.specific_tension

@@ -59,6 +59,16 @@ def work(powers: Table) -> Table:
 
     By Simpson's rule; energy that a tendon has stored comes back as its positive work.
 
+    Parameters
+    ----------
+    powers : Table
+        Of `power`.
+
+    Returns
+    -------
+    Table
+        Its columns, called `..._work` in place of `..._power`.
+
     Raises
     ------
     ParameterError

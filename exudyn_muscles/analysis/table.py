@@ -58,6 +58,10 @@ class Table:
     def to_dataframe(self) -> pandas.DataFrame:
         """Times as rows; units are in its `attrs["units"]`.
 
+        Returns
+        -------
+        pandas.DataFrame
+
         Raises
         ------
         ImportError
@@ -71,7 +75,12 @@ class Table:
         return frame
 
     def to_storage(self) -> Storage:
-        """The same as a storage file, for `Storage.write`."""
+        """The same as a storage file, for `Storage.write`.
+
+        Returns
+        -------
+        Storage
+        """
         return Storage(self.name, self.columns, self.time, self.values)
 
 

@@ -98,7 +98,7 @@ class Storage:
         x.setflags(write=False)
 
     def coordinates(self, names: Sequence[str], units: Sequence[str]) -> np.ndarray:
-        """Coordinates (k, n) [rad or m], whatever the file has.
+        """Coordinates, whatever unit the file has.
 
         Parameters
         ----------
@@ -107,6 +107,11 @@ class Storage:
             (`/jointset/<joint>/elbow/value`); others do not matter.
         units : (n,) sequence of str
             rad or m: only angles are converted.
+
+        Returns
+        -------
+        (k, n) ndarray
+            [rad or m]
 
         Raises
         ------
@@ -124,9 +129,16 @@ class Storage:
         return columns
 
     def controls(self, names: Sequence[str]) -> np.ndarray:
-        """Controls (k, m) of the muscles or other actuators `names`.
+        """Controls of muscles or other actuators.
 
-        Columns are called `<name>`, `<name>.excitation` or `/forceset/<name>`.
+        Parameters
+        ----------
+        names : (m,) sequence of str
+            Columns are called `<name>`, `<name>.excitation` or `/forceset/<name>`.
+
+        Returns
+        -------
+        (k, m) ndarray
 
         Raises
         ------
@@ -136,7 +148,16 @@ class Storage:
         return self._columns("actuator", names, CONTROL)
 
     def vector(self, identifier: str) -> np.ndarray:
-        """The vector (k, 3) whose three columns begin with `identifier`, as in OpenSim.
+        """The vector of three columns whose labels begin alike, as in OpenSim.
+
+        Parameters
+        ----------
+        identifier : str
+            What they begin with.
+
+        Returns
+        -------
+        (k, 3) ndarray
 
         Raises
         ------
@@ -180,6 +201,10 @@ class Storage:
 
     def write(self, file: str | Path) -> None:
         """Write a file that every OpenSim since 2 reads; `read_storage` gives back every bit.
+
+        Parameters
+        ----------
+        file : str or Path
 
         Raises
         ------
@@ -251,6 +276,8 @@ def read_storage(file: str | Path) -> Storage:
     stated = header.get("nRows")
     announced = None if stated is None else (stated.number(file), stated.line)
     table = read_table(str(file), lines, rows, [time, *labels], announced)
+    if not len(table):
+        raise StorageError(f"{here}: what follows are no rows of {1 + len(labels)} numbers")
     table = table[np.append(np.diff(table[:, 0]) > 0.0, True)]
     degrees = _in_degrees(file, lines[:first], header)
     return Storage(name, tuple(labels), table[:, 0], table[:, 1:], degrees)

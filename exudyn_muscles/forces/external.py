@@ -133,6 +133,10 @@ class ExternalForce:
             What the labels of their three columns begin with, such as `ground_force_v`,
             `ground_force_p` and `ground_torque_`.
 
+        Returns
+        -------
+        ExternalForce
+
         Raises
         ------
         StorageError

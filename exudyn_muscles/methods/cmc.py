@@ -119,7 +119,7 @@ def computed_muscle_control(
     UnmetTorqueWarning
         The muscles could not deliver the demanded torques; names the coordinates.
     TrackingWarning
-        The run is off its motion by more than the control law promises; see `Plugin.attached`.
+        The run is off its motion by more than the control law promises; see `CMCPlugin.attached`.
     """
     check_settings(settings, CMCSettings)
     check_motion(motion, model.coordinates)

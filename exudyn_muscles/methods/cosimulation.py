@@ -81,7 +81,8 @@ def cosimulate(
     UnmetTorqueWarning
         The muscles could not deliver the demanded torques; names the coordinates.
     TrackingWarning
-        The run is off its motion by more than the control law promises; see `Plugin.attached`.
+        The run is off its motion by more than the control law promises; see
+        `CosimulationPlugin.attached`.
     StabilityWarning
         CSS with gains and step outside its stability limit; names the limit.
     """

@@ -32,6 +32,13 @@ class Motion:
     moved while a run goes on derives from it, with `start`, `end`, `source`, `__len__` and
     `__call__` of its own; what it says of times that are over has to stay.
 
+    Parameters
+    ----------
+    times : (k,) ndarray
+        Of which the first and the last are the span [s].
+    curve : BSpline or BPoly
+        Of n coordinates over time, differentiable twice.
+
     Attributes
     ----------
     start, end : float
@@ -95,7 +102,16 @@ class Motion:
         return q, v, a
 
     def between(self, start: float, end: float) -> Motion:
-        """The same motion over a part of its span [s].
+        """The same motion over a part of its span.
+
+        Parameters
+        ----------
+        start, end : float
+            [s]
+
+        Returns
+        -------
+        Motion
 
         Raises
         ------
@@ -126,6 +142,10 @@ class Motion:
             Coordinates at these times [rad or m].
         speeds, accelerations : pair of float or (n,) array_like
             At the start and at the end; at rest if left out.
+
+        Returns
+        -------
+        Motion
 
         Raises
         ------
@@ -174,6 +194,10 @@ class Motion:
             reflection, which makes accelerations zero at the ends, 60 samples far, and so does its
             spline.
 
+        Returns
+        -------
+        Motion
+
         Raises
         ------
         MotionError
@@ -219,6 +243,10 @@ class Motion:
             function's values in place of the file's.
         in_degrees : bool, optional
             What the file's angles are, whatever its header says.
+
+        Returns
+        -------
+        Motion
 
         Raises
         ------
@@ -266,6 +294,10 @@ class Motion:
         times : (k,) array_like
             Increasing [s], k >= 2.
         coordinates, speeds, accelerations : (k, n) or (k,) array_like
+
+        Returns
+        -------
+        Motion
 
         Raises
         ------

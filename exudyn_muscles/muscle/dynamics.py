@@ -207,6 +207,11 @@ def tendon_length(muscles: MuscleSet, fiber_length: ArrayLike, length: ArrayLike
     fiber_length, length : (m,) array_like
         l_m, at least the width w, and musculotendon length l [m].
 
+    Returns
+    -------
+    (m,) ndarray
+        [m]
+
     Raises
     ------
     ParameterError

@@ -218,6 +218,10 @@ class Muscle:
 class MuscleSet:
     """m muscles as a struct of arrays.
 
+    Parameters
+    ----------
+    muscles : iterable of Muscle
+
     Attributes
     ----------
     names : tuple of str
@@ -264,7 +268,18 @@ class MuscleSet:
         return self.tables.table[:, L_M0]
 
     def with_rigid(self, l_t: np.ndarray) -> np.ndarray:
-        """Tendon lengths (m,) [m], with the slack length where the tendon is rigid."""
+        """Tendon lengths, with the slack length where the tendon is rigid.
+
+        Parameters
+        ----------
+        l_t : (m,) ndarray
+            [m]
+
+        Returns
+        -------
+        (m,) ndarray
+            [m]
+        """
         return np.where(self.tables.table[:, RIGID] == 1.0, self.tables.table[:, L_TS], l_t)
 
     @property

@@ -99,7 +99,16 @@ class Curve:
 
     @classmethod
     def line(cls, slope: float, intercept: float) -> Curve:
-        """The straight line slope x + intercept, to the last bit."""
+        """The straight line slope x + intercept, to the last bit.
+
+        Parameters
+        ----------
+        slope, intercept : float
+
+        Returns
+        -------
+        Curve
+        """
         pieces = np.zeros((3, COLUMNS))
         pieces[:, ORIGIN] = [0.0, 0.0, 1.0]
         pieces[:, 1] = [intercept, intercept, slope + intercept]
@@ -108,7 +117,16 @@ class Curve:
         return cls._of(pieces)
 
     def stretched(self, about: float, factor: float) -> Curve:
-        """The curve of (x - about) / factor + about: wider by a positive factor."""
+        """The curve of (x - about) / factor + about: wider by a positive factor.
+
+        Parameters
+        ----------
+        about, factor : float
+
+        Returns
+        -------
+        Curve
+        """
         pieces = self.pieces.copy()
         for column in (ORIGIN, END):
             pieces[:, column] = (self.pieces[:, column] - about) * factor + about
@@ -125,7 +143,17 @@ class Curve:
         return self._evaluate(x)[0]
 
     def derivative(self, x: ArrayLike) -> np.ndarray:
-        """First derivatives at `x`."""
+        """First derivatives.
+
+        Parameters
+        ----------
+        x : array_like
+
+        Returns
+        -------
+        ndarray
+            Of the shape of x.
+        """
         return self._evaluate(x)[1]
 
     def _evaluate(self, x: ArrayLike) -> tuple[np.ndarray, np.ndarray]:

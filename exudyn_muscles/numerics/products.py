@@ -61,11 +61,32 @@ class SumOfProducts:
         )
 
     def times(self, factor: float) -> SumOfProducts:
-        """The function times a factor."""
+        """The function times a factor.
+
+        Parameters
+        ----------
+        factor : float
+
+        Returns
+        -------
+        SumOfProducts
+        """
         return SumOfProducts([(factor * coefficient, of) for coefficient, of in self.terms])
 
     def fixed(self, values: Mapping[int, float], count: int) -> SumOfProducts:
-        """The function of those of `count` variables whose values are not given, numbered anew."""
+        """The function of those variables whose values are not given, numbered anew.
+
+        Parameters
+        ----------
+        values : mapping of int to float
+            Number of a variable -> its value.
+        count : int
+            Of variables in all.
+
+        Returns
+        -------
+        SumOfProducts
+        """
         left = {k: number for number, k in enumerate(k for k in range(count) if k not in values)}
         terms = []
         for coefficient, factors in self.terms:

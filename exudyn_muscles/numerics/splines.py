@@ -31,6 +31,10 @@ def simm_spline(x: Sequence[float], y: Sequence[float]) -> Curve:
     x, y : (k,) sequence of float
         Two to 1000 points; x does not decrease.
 
+    Returns
+    -------
+    Curve
+
     Raises
     ------
     ParameterError

@@ -48,7 +48,16 @@ class CMCSetup(files.Setup):
     settings: CMCSettings
 
     def cosimulation(self, scheme: Scheme = Scheme.CONSISTENT) -> CosimulationSettings:
-        """The same settings for `cosimulate`, with the window as the step."""
+        """The same settings for `cosimulate`, with the window as the step.
+
+        Parameters
+        ----------
+        scheme : Scheme
+
+        Returns
+        -------
+        CosimulationSettings
+        """
         common = {item.name: getattr(self.settings, item.name) for item in fields(TrackingSettings)}
         return CosimulationSettings(scheme=scheme, step=self.settings.window, **common)
 

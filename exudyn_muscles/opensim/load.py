@@ -92,6 +92,10 @@ def load_model(
         of Q. A point given in ground is applied where the body is, as in OpenSim 4: an
         `external_loads_model_kinematics_file` is ignored.
 
+    Returns
+    -------
+    MusculoskeletalModel
+
     Raises
     ------
     ModelFileError
@@ -203,6 +207,14 @@ def read_model(
 
 def read_coordinates(file: str | Path) -> tuple[Coordinate, ...]:
     """What an `.osim` file says about its coordinates, with ranges and locked ones.
+
+    Parameters
+    ----------
+    file : str or Path
+
+    Returns
+    -------
+    tuple of Coordinate
 
     Raises
     ------

@@ -37,6 +37,10 @@ def states(
     described : sequence of Coordinate, optional
         All coordinates of the model's file, as `read_coordinates` returns them.
 
+    Returns
+    -------
+    Storage
+
     Raises
     ------
     StorageError
@@ -82,7 +86,16 @@ def _coordinates(
 
 
 def kinematics(trajectory: Trajectory) -> Storage:
-    """Coordinates in degrees or m, as `_Kinematics_q.sto`."""
+    """Coordinates in degrees or m, as `_Kinematics_q.sto`.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+
+    Returns
+    -------
+    Storage
+    """
     rotates = np.array([unit == "rad" for unit in trajectory.coordinate_units], dtype=bool)
     values = np.where(rotates, np.degrees(trajectory.coordinates), trajectory.coordinates)
     return Storage("Coordinates", trajectory.coordinate_names, trajectory.time, values, True)
@@ -100,6 +113,10 @@ def controls(trajectory: Trajectory, reserves: Sequence[Actuator] = ()) -> Stora
     trajectory : Trajectory
     reserves : sequence of Reserve, PointActuator, TorqueActuator or PathActuator
         Those of the model.
+
+    Returns
+    -------
+    Storage
 
     Raises
     ------
@@ -122,13 +139,31 @@ def controls(trajectory: Trajectory, reserves: Sequence[Actuator] = ()) -> Stora
 
 
 def forces(trajectory: Trajectory) -> Storage:
-    """Tendon forces [N] and the reserves' torques [N m or N], as `_Actuation_force.sto`."""
+    """Tendon forces [N] and the reserves' torques [N m or N], as `_Actuation_force.sto`.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+
+    Returns
+    -------
+    Storage
+    """
     values = np.column_stack([trajectory.tendon_forces, reserves_along(trajectory)])
     return Storage("ActuatorForces", _actuators(trajectory), trajectory.time, values)
 
 
 def tracking_errors(trajectory: Trajectory) -> Storage:
-    """q_d - q [rad or m], as CMC's `_pErr.sto`."""
+    """q_d - q [rad or m], as CMC's `_pErr.sto`.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+
+    Returns
+    -------
+    Storage
+    """
     names, errors = trajectory.coordinate_names, trajectory.tracking_errors()
     return Storage("PositionErrors", names, trajectory.time, errors)
 

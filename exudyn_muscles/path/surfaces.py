@@ -232,7 +232,21 @@ class PathWrap:
             raise ParameterError(f"a PathWrap's surface is not one: {self.surface!r}")
 
     def row(self, points: int) -> np.ndarray:
-        """The row in `Paths.wraps` for a path of so many points."""
+        """The row in `Paths.wraps` for a path of so many points.
+
+        Parameters
+        ----------
+        points : int
+
+        Returns
+        -------
+        ndarray
+
+        Raises
+        ------
+        ParameterError
+            `first` or `last` is no point of the path, or `first` not before `last`.
+        """
         row = self.surface.row()
         ends = []
         for name, given in (("first", self.first), ("last", self.last)):

@@ -145,7 +145,22 @@ def activations(
 ) -> np.ndarray:
     """Activations over time, one panel a muscle.
 
-    Parameters, returned axes and errors are those of `excitations`.
+    Parameters
+    ----------
+    *trajectories : Trajectory
+        Of the same muscles.
+    axes : Axes or sequence of m Axes, optional
+        As of `excitations`.
+
+    Returns
+    -------
+    ndarray of Axes
+        As of `excitations`.
+
+    Raises
+    ------
+    ParameterError
+        As of `excitations`.
     """
     names = _same("muscle_names", trajectories)
     for one in trajectories:

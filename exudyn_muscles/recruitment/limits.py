@@ -72,7 +72,17 @@ class ControlLimits:
         return np.unique(np.concatenate([each[0] for each in self._nodes]))
 
     def at(self, t: float) -> tuple[float, float]:
-        """Minimum and maximum at a time [s]."""
+        """Minimum and maximum at a time.
+
+        Parameters
+        ----------
+        t : float
+            [s]
+
+        Returns
+        -------
+        pair of float
+        """
         low, high = (course_at(t, *each, self.steps) for each in self._nodes)
         return low, high
 

@@ -22,8 +22,13 @@ ARM = 0.01
 class Difference(NamedTuple):
     """The first place where two trajectories differ by more than allowed.
 
-    `size` and `tolerance` are those of `quantity` at `time` [s]; None for a difference in names or
-    shapes.
+    Attributes
+    ----------
+    quantity : str
+    time : float or None
+        [s]; None, as what follows, for a difference in names or shapes.
+    size, tolerance : float or None
+        In the quantity's unit.
     """
 
     quantity: str

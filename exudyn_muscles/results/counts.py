@@ -42,9 +42,19 @@ class Counts:
     newton_iterations: int = 0
 
     def copy(self) -> Counts:
-        """These numbers, which then stay."""
+        """These numbers, which then stay.
+
+        Returns
+        -------
+        Counts
+        """
         return replace(self)
 
     def recall(self, before: Counts) -> None:
-        """Go on from these numbers."""
+        """Go on from these numbers.
+
+        Parameters
+        ----------
+        before : Counts
+        """
         vars(self).update(vars(before))

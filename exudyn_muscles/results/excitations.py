@@ -107,6 +107,10 @@ class Excitations:
         muscles : sequence of str
             Names of the model's m muscles, in its order.
 
+        Returns
+        -------
+        Excitations
+
         Raises
         ------
         ParameterError
@@ -152,6 +156,10 @@ class Excitations:
             Those of the model, whose optimal forces the controls are multiplied with; their columns
             have their names.
 
+        Returns
+        -------
+        Excitations
+
         Raises
         ------
         StorageError
@@ -174,5 +182,15 @@ class Excitations:
             raise type(error)(f"{file}: {error}") from error
 
     def window(self, t: float) -> int:
-        """Number of the window that contains `t`; the last or first one outside."""
+        """Number of the window that contains a time; the last or first one outside.
+
+        Parameters
+        ----------
+        t : float
+            [s]
+
+        Returns
+        -------
+        int
+        """
         return min(max(int(self.time.searchsorted(t, "right")) - 1, 0), len(self.values) - 1)

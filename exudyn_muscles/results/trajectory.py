@@ -34,6 +34,8 @@ class Trajectory:
     saturated : tuple of n tuples of str
         For every coordinate that fell short, the muscles that could do no more for it where it did
         most.
+    coordinate_names, muscle_names, reserve_names : tuple of str
+        In the order of the columns.
     coordinate_units : tuple of str
         rad or m.
     system_names : tuple of N str
@@ -107,11 +109,23 @@ class Trajectory:
         )
 
     def tracking_errors(self) -> np.ndarray:
-        """q_d - q, (T, n) [rad or m]."""
+        """q_d - q.
+
+        Returns
+        -------
+        (T, n) ndarray
+            [rad or m]
+        """
         return self.desired_coordinates - self.coordinates
 
     def tracking_error_rms(self) -> np.ndarray:
-        """Root mean square of the tracking errors over all time points, (n,) [rad or m]."""
+        """Root mean square of the tracking errors over all time points.
+
+        Returns
+        -------
+        (n,) ndarray
+            [rad or m]
+        """
         return np.sqrt(np.mean(self.tracking_errors() ** 2, axis=0))
 
     @property
@@ -132,7 +146,12 @@ class Trajectory:
         return float(np.fmax.reduce(self.constraint_drift, initial=0.0))
 
     def unmet_torque_report(self) -> str:
-        """One line a coordinate that fell short: how often, how far, when; empty if none did."""
+        """One line a coordinate that fell short: how often, how far, when; empty if none did.
+
+        Returns
+        -------
+        str
+        """
         lines = []
         for j, name in enumerate(self.coordinate_names):
             short = np.abs(self.torques_unmet[:, j])
@@ -149,7 +168,12 @@ class Trajectory:
 
     def tracking_report(self) -> str:
         """One line a coordinate whose errors are beyond what the control law promises: since when,
-        and how large; empty if none is, or nothing was tracked."""
+        and how large; empty if none is, or nothing was tracked.
+
+        Returns
+        -------
+        str
+        """
         return tracking_report(vars(self), self._tracking_excess())
 
     @property
@@ -169,7 +193,12 @@ class Trajectory:
 
     def reserve_report(self) -> str:
         """One line a coordinate on which reserves or residuals act: their share of the demand, by
-        root mean squares, and their peak; empty if there are none."""
+        root mean squares, and their peak; empty if there are none.
+
+        Returns
+        -------
+        str
+        """
         lines = []
         demand = np.sqrt(np.mean(self.torques_demanded**2, axis=0))
         for j, name in enumerate(self.coordinate_names):
@@ -213,6 +242,10 @@ class Trajectory:
     def to_dataframe(self) -> pandas.DataFrame:
         """Time points as rows, `quantity/name` as columns; windows are those that end there.
 
+        Returns
+        -------
+        pandas.DataFrame
+
         Raises
         ------
         ImportError
@@ -241,6 +274,10 @@ class Trajectory:
         well), and `coordinate`, `muscle`, `reserve`, `system_coordinate`, with their names; angles
         and translations have their units in the coordinate `coordinate_unit`. Method, status and
         versions are in the attributes of the whole.
+
+        Returns
+        -------
+        xarray.Dataset
 
         Raises
         ------
@@ -276,6 +313,10 @@ class Trajectory:
     def save(self, file: str | Path) -> None:
         """Write everything to an `.npz` file, whole or not at all.
 
+        Parameters
+        ----------
+        file : str or Path
+
         Raises
         ------
         OSError
@@ -288,6 +329,14 @@ class Trajectory:
         """Read a file that `save` wrote, of this or an earlier version of the package.
 
         What the earlier version did not store is NaN: `tendon_lengths` of format version 1.
+
+        Parameters
+        ----------
+        file : str or Path
+
+        Returns
+        -------
+        Trajectory
 
         Raises
         ------

@@ -72,6 +72,7 @@ class RunPoint:
 
     @property
     def time(self) -> float:
+        """Time of the point [s]."""
         return self.ended.time
 
 

@@ -206,7 +206,7 @@ class Plugin(Method):
         return self.model.tendon_forces(state.geometry, state.a, state.l_t)
 
     def result(self) -> Trajectory:
-        """What was accepted so far.
+        """The `Trajectory` of what was accepted so far.
 
         Raises
         ------
@@ -219,7 +219,7 @@ class Plugin(Method):
         return record.trajectory()
 
     def save(self) -> RunPoint:
-        """The point that the run has reached at the end of the last call of Exudyn's solver.
+        """The `RunPoint` that the run has reached at the end of the last call of Exudyn's solver.
 
         Raises
         ------

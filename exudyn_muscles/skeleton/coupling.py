@@ -75,6 +75,19 @@ def linear_function(slope: float, intercept: float = 0.0) -> Curve:
 
     A slope of zero locks what follows it.
 
+    Parameters
+    ----------
+    slope, intercept : float
+
+    Returns
+    -------
+    Curve
+
+    Raises
+    ------
+    ParameterError
+        One is no finite number.
+
     Examples
     --------
     >>> linear_function(0.5, 0.25)(3.0)

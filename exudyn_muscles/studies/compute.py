@@ -52,6 +52,11 @@ def evaluate(study: Study, parameters: Mapping[str, float]) -> dict[str, float]:
     parameters : mapping
         Name -> value.
 
+    Returns
+    -------
+    dict of str to float
+        Name of an outcome -> its value.
+
     Raises
     ------
     StudyError

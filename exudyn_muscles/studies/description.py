@@ -50,6 +50,16 @@ class SystemDescription:
     ) -> SystemDescription:
         """Describe a model on a kinematic tree.
 
+        Parameters
+        ----------
+        model : MusculoskeletalModel
+        motion : Motion
+        name : str
+
+        Returns
+        -------
+        SystemDescription
+
         Raises
         ------
         StudyError
@@ -76,7 +86,12 @@ class SystemDescription:
         return digest([self.system, self.tree, self.muscles, self.options, self.motion])
 
     def load(self) -> Subject:
-        """The model on a new system."""
+        """The model on a new system.
+
+        Returns
+        -------
+        Subject
+        """
         mbs = exu.SystemContainer().AddSystem()
         mbs.SetDictionary(_lists(self.system))
         mbs.Assemble()
@@ -84,7 +99,21 @@ class SystemDescription:
         return Subject(model, self.motion)
 
     def given(self, arguments: Mapping[str, Any]) -> SystemDescription:
-        """Itself; StudyError if there are arguments."""
+        """Itself, as there are no functions.
+
+        Parameters
+        ----------
+        arguments : mapping
+
+        Returns
+        -------
+        SystemDescription
+
+        Raises
+        ------
+        StudyError
+            There are arguments.
+        """
         if arguments:
             raise StudyError(f"{self.name} is built by no function with {', '.join(arguments)}")
         return self

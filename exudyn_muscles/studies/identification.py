@@ -90,6 +90,10 @@ def identify(
     slack_lengths, strengths : iterable of str
         Muscles whose tendon_slack_length, or max_isometric_force, is sought.
 
+    Returns
+    -------
+    Identified
+
     Raises
     ------
     ParameterError

@@ -69,12 +69,31 @@ class Samples:
 
     @classmethod
     def single(cls) -> Samples:
-        """One run with everything as it is."""
+        """One run with everything as it is.
+
+        Returns
+        -------
+        Samples
+        """
         return cls((), np.empty((1, 0)))
 
     @classmethod
     def from_dataframe(cls, frame: pandas.DataFrame) -> Samples:
-        """Columns are parameters, rows are runs."""
+        """Columns are parameters, rows are runs.
+
+        Parameters
+        ----------
+        frame : pandas.DataFrame
+
+        Returns
+        -------
+        Samples
+
+        Raises
+        ------
+        StudyError
+            A value is no number, or a column no parameter.
+        """
         try:
             values = frame.to_numpy(dtype=float)
         except (TypeError, ValueError) as error:
@@ -83,15 +102,50 @@ class Samples:
 
 
 def latin_hypercube(ranges: Ranges, count: int, seed: int = 0) -> Samples:
-    """`count` points, of every parameter one in each `count`-th of its range (SciPy's
-    `qmc.LatinHypercube`)."""
+    """Points of which each part of a parameter's range has one (SciPy's `qmc.LatinHypercube`).
+
+    Parameters
+    ----------
+    ranges : mapping
+        Name of a parameter -> lowest and highest value.
+    count : int
+        Of points, and of parts of every range.
+    seed : int
+
+    Returns
+    -------
+    Samples
+
+    Raises
+    ------
+    StudyError
+        A range is none.
+    """
     from scipy.stats import qmc
 
     return _scaled(ranges, qmc.LatinHypercube(len(ranges), rng=seed).random(count), seed=seed)
 
 
 def sobol_sequence(ranges: Ranges, count: int, seed: int = 0) -> Samples:
-    """`count` points, a power of 2, of Sobol's scrambled sequence (SciPy's `qmc.Sobol`)."""
+    """Points of Sobol's scrambled sequence (SciPy's `qmc.Sobol`).
+
+    Parameters
+    ----------
+    ranges : mapping
+        Name of a parameter -> lowest and highest value.
+    count : int
+        Of points; a power of 2.
+    seed : int
+
+    Returns
+    -------
+    Samples
+
+    Raises
+    ------
+    StudyError
+        A range is none, or the count no power of 2.
+    """
     from scipy.stats import qmc
 
     _check_power_of_two(count)
@@ -99,7 +153,25 @@ def sobol_sequence(ranges: Ranges, count: int, seed: int = 0) -> Samples:
 
 
 def morris_design(ranges: Ranges, trajectories: int, seed: int = 0) -> Samples:
-    """Trajectories of p + 1 points each for Morris' elementary effects (SALib)."""
+    """Points for Morris' elementary effects (SALib).
+
+    Parameters
+    ----------
+    ranges : mapping
+        Name of a parameter -> lowest and highest value.
+    trajectories : int
+        Ways through the ranges, of p + 1 points each with p parameters.
+    seed : int
+
+    Returns
+    -------
+    Samples
+
+    Raises
+    ------
+    StudyError
+        A range is none.
+    """
     from SALib.sample import morris
 
     unit = morris.sample(problem(_unit(ranges)), trajectories, seed=seed)
@@ -107,8 +179,25 @@ def morris_design(ranges: Ranges, trajectories: int, seed: int = 0) -> Samples:
 
 
 def sobol_design(ranges: Ranges, count: int, seed: int = 0) -> Samples:
-    """`count` (p + 2) points for Sobol's first and total indices (SALib); `count` is a power of
-    2."""
+    """Points for Sobol's first and total indices (SALib).
+
+    Parameters
+    ----------
+    ranges : mapping
+        Name of a parameter -> lowest and highest value.
+    count : int
+        A power of 2; there are `count` (p + 2) points with p parameters.
+    seed : int
+
+    Returns
+    -------
+    Samples
+
+    Raises
+    ------
+    StudyError
+        A range is none, or the count no power of 2.
+    """
     from SALib.sample import sobol
 
     _check_power_of_two(count)

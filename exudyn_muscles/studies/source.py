@@ -22,8 +22,17 @@ from .identity import digest, file_digest
 
 
 class Subject(NamedTuple):
-    """What a source gives: a model and its motion, all `coordinates` of a model's file of OpenSim,
-    and the set-up file that they are from, if there is one."""
+    """What a source gives.
+
+    Attributes
+    ----------
+    model : MusculoskeletalModel
+    motion : Motion
+    coordinates : tuple of opensim.Coordinate
+        All of a model's file of OpenSim.
+    setup : CMCSetup or StaticSetup, optional
+        The set-up file that they are from.
+    """
 
     model: MusculoskeletalModel
     motion: Motion
@@ -43,10 +52,29 @@ class Source(Protocol):
         """A digest of all that it builds from."""
 
     def load(self) -> Subject:
-        """The model, built anew at every call."""
+        """The model, built anew at every call.
+
+        Returns
+        -------
+        Subject
+        """
 
     def given(self, arguments: Mapping[str, Any]) -> Source:
-        """The same with other arguments of its functions."""
+        """The same with other arguments of its functions.
+
+        Parameters
+        ----------
+        arguments : mapping
+
+        Returns
+        -------
+        Source
+
+        Raises
+        ------
+        StudyError
+            It takes none.
+        """
 
 
 @dataclass(frozen=True)
@@ -93,7 +121,17 @@ class Builder:
         return digest([*functions, self.arguments])
 
     def load(self) -> Subject:
-        """Call the functions; ModelError if they give something else."""
+        """Call the functions.
+
+        Returns
+        -------
+        Subject
+
+        Raises
+        ------
+        ModelError
+            They give something else.
+        """
         built, motion = found(self.function)(**self.arguments), found(self.motion)
         model, motion = built if motion is None and isinstance(built, tuple) else (built, motion)
         motion = motion() if callable(motion) and not isinstance(motion, Motion) else motion
@@ -105,14 +143,26 @@ class Builder:
         return Subject(model, motion)
 
     def given(self, arguments: Mapping[str, Any]) -> Builder:
-        """The same with other arguments."""
+        """A `Builder` with other arguments.
+
+        Parameters
+        ----------
+        arguments : mapping
+        """
         return replace(self, arguments={**self.arguments, **arguments})
 
 
 @dataclass(frozen=True)
 class PythonFile:
     """A Python file with `build()` -> MusculoskeletalModel and `motion()` -> Motion; it may import
-    modules beside it. `arguments` are those of `build`."""
+    modules beside it.
+
+    Parameters
+    ----------
+    file : str or Path
+    arguments : mapping
+        Of `build`.
+    """
 
     file: Path
     arguments: Mapping[str, Any] = field(default_factory=dict)
@@ -132,6 +182,10 @@ class PythonFile:
 
     def load(self) -> Subject:
         """Import the file and call its functions.
+
+        Returns
+        -------
+        Subject
 
         Raises
         ------
@@ -157,7 +211,12 @@ class PythonFile:
         return Subject(parts[0], parts[1])
 
     def given(self, arguments: Mapping[str, Any]) -> PythonFile:
-        """The same with other arguments of `build`."""
+        """A `PythonFile` with other arguments of `build`.
+
+        Parameters
+        ----------
+        arguments : mapping
+        """
         return replace(self, arguments={**self.arguments, **arguments})
 
 
@@ -175,9 +234,19 @@ class _WithoutArguments:
 
 @dataclass(frozen=True)
 class OsimFile(_WithoutArguments):
-    """A model file of OpenSim (`.osim`) and a motion file (`.mot`, `.sto`) with all its
-    coordinates, low-passed at `cutoff` [Hz] if that is given; `in_degrees` is what its angles are,
-    whatever it says."""
+    """A model file of OpenSim and a motion file with all its coordinates.
+
+    Parameters
+    ----------
+    file : str or Path
+        The model (`.osim`).
+    motion : str or Path
+        The motion (`.mot`, `.sto`).
+    cutoff : float, optional
+        Of the low-pass filter [Hz]; not filtered if left out.
+    in_degrees : bool, optional
+        What the motion's angles are, whatever its file says.
+    """
 
     file: Path
     motion: Path
@@ -199,7 +268,13 @@ class OsimFile(_WithoutArguments):
         return digest([*map(file_digest, (self.file, self.motion)), self.cutoff, self.in_degrees])
 
     def load(self) -> Subject:
-        """Read both; ModelFileError, StorageError or MotionError if that cannot be done."""
+        """The `Subject` in both files.
+
+        Raises
+        ------
+        ModelFileError, StorageError, MotionError
+            That cannot be done.
+        """
         model, described, _ = read_model(self.file)
         motion = Motion.from_file(
             self.motion,
@@ -214,8 +289,14 @@ class OsimFile(_WithoutArguments):
 
 @dataclass(frozen=True)
 class SetupFile(_WithoutArguments):
-    """A set-up file of OpenSim's CMC or static optimization, with all that it names; `in_degrees`
-    is what the angles of its motion are, whatever that says."""
+    """A set-up file of OpenSim's CMC or static optimization, with all that it names.
+
+    Parameters
+    ----------
+    file : str or Path
+    in_degrees : bool, optional
+        What the motion's angles are, whatever its file says.
+    """
 
     file: Path
     in_degrees: bool | None = None
@@ -234,7 +315,13 @@ class SetupFile(_WithoutArguments):
         return digest([file_digest(self.file), self.in_degrees])
 
     def load(self) -> Subject:
-        """Read it; what is raised is that of `load_setup`."""
+        """The `Subject` of the file.
+
+        Raises
+        ------
+        ModelFileError, StorageError, MotionError
+            As `load_setup`.
+        """
         setup = load_setup(self.file, in_degrees=self.in_degrees)
         return Subject(setup.model, setup.motion, setup.coordinates, setup)
 

@@ -119,7 +119,16 @@ class Study:
         return len(self.sources) * len(self.samples)
 
     def run(self, number: int) -> Run:
-        """A run by its number: the samples of the first source, then those of the next."""
+        """A run by its number: the samples of the first source, then those of the next.
+
+        Parameters
+        ----------
+        number : int
+
+        Returns
+        -------
+        Run
+        """
         which, sample = divmod(number, len(self.samples))
         values = self.samples.values[sample].tolist()
         parameters = dict(zip(self.samples.names, values, strict=True))
@@ -128,8 +137,20 @@ class Study:
     def run_with(
         self, parameters: Mapping[str, float], number: int = 0, source: Source | None = None
     ) -> Run:
-        """A run with these parameters, of which those of source and settings are put there; of the
-        first source if none is given."""
+        """A run with parameters, of which those of source and settings are put there.
+
+        Parameters
+        ----------
+        parameters : mapping of str to float
+        number : int
+            Of the run, by which it draws its noise.
+        source : Source, optional
+            The first one if left out.
+
+        Returns
+        -------
+        Run
+        """
         source = source or self.sources[0]
         method = Method(self.method) if isinstance(self.method, str) else self.method
         changed = {**method.settings, **of_scope(parameters, "settings")}
@@ -144,7 +165,13 @@ class Study:
         )
 
     def identity(self) -> dict[str, Any]:
-        """What tells it from another study, by parts."""
+        """What tells it from another study, by parts.
+
+        Returns
+        -------
+        dict
+            Name of a part -> what it is, or its digest.
+        """
         return {
             "source": digest([source.identity for source in self.sources]),
             "samples": digest([self.samples.names, self.samples.values]),

@@ -17,6 +17,14 @@ FLESH_OPACITY, SURFACE_OPACITY = 0.16, 0.45
 def activation_color(activation: float) -> tuple[float, float, float, float]:
     """RGBA from blue, a = 0, to red, a = 1; a brownish gray if it is NaN.
 
+    Parameters
+    ----------
+    activation : float
+
+    Returns
+    -------
+    tuple of four float
+
     Examples
     --------
     >>> activation_color(1.0)

@@ -189,6 +189,13 @@ def test_what_is_written_below_the_announced_rows(read):
         read(text.replace("nRows=2", "nRows=3").replace("\t\n", ""))
 
 
+@pytest.mark.filterwarnings("ignore::exudyn_muscles.StorageWarning")
+def test_a_header_that_announces_nothing_above_labels_of_their_own(read):
+    """As OpenSim 4.6's CMC has left its states."""
+    with pytest.raises(em.StorageError, match="line 3: what follows are no rows of 1 numbers"):
+        read("nRows=0\nendheader\ntime\n/forceset/a/activation\n0 1\n")
+
+
 def test_what_a_spreadsheet_could_not_compute_is_unknown(read):
     with pytest.warns(em.StorageWarning, match="3 cells hold no numbers but a spreadsheet's"):
         found = read("endheader\ntime a b\n0 #NAME? 2\n1 #N/A #DIV/0!\n").values

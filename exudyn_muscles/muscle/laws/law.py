@@ -82,10 +82,27 @@ class MuscleLaw(ABC):
 
     @abstractmethod
     def make_curves(self, elastic: bool) -> HillCurves:
-        """The curves of a unit with an elastic or a rigid tendon."""
+        """The curves of a unit, which every law has its own of.
+
+        Parameters
+        ----------
+        elastic : bool
+            Whether the tendon is elastic or rigid.
+
+        Returns
+        -------
+        HillCurves
+        """
 
     def keep_number(self, name: str, low: float, high: float) -> None:
         """Check a field and keep it as a float.
+
+        Parameters
+        ----------
+        name : str
+            Of the field.
+        low, high : float
+            Its range.
 
         Raises
         ------
@@ -96,7 +113,17 @@ class MuscleLaw(ABC):
         object.__setattr__(self, name, number)
 
     def curves(self, elastic: bool = True) -> HillCurves:
-        """The curves of a unit with an elastic or a rigid tendon, as the kernels see them."""
+        """The curves of a unit as the kernels see them.
+
+        Parameters
+        ----------
+        elastic : bool
+            Whether the tendon is elastic or rigid.
+
+        Returns
+        -------
+        HillCurves
+        """
         return _curves(self, elastic)
 
 

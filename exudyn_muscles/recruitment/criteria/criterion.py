@@ -25,6 +25,16 @@ class Criterion(Protocol):
     def prepare(self, model: MusculoskeletalModel) -> Problems:
         """What makes a problem of every demand of a run; its solution is preferred.
 
+        Parameters
+        ----------
+        model : MusculoskeletalModel
+
+        Returns
+        -------
+        Problems
+            A function of a Demand (arms, torques, limits, activations, time, place) that gives its
+            problem.
+
         Raises
         ------
         ParameterError

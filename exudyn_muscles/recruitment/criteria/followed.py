@@ -94,6 +94,14 @@ class Followed:
     def prepare(self, model: MusculoskeletalModel) -> Problems:
         """See `Criterion`.
 
+        Parameters
+        ----------
+        model : MusculoskeletalModel
+
+        Returns
+        -------
+        Problems
+
         Raises
         ------
         ParameterError

@@ -14,5 +14,14 @@ class SquaredForces:
     """(10): the least sum of (F_i / N_i)^2, as in the paper."""
 
     def prepare(self, model: MusculoskeletalModel) -> Problems:
-        """See `Criterion`."""
+        """See `Criterion`.
+
+        Parameters
+        ----------
+        model : MusculoskeletalModel
+
+        Returns
+        -------
+        Problems
+        """
         return ScaledProblem

@@ -44,7 +44,7 @@ class JointLoadProblem(ScaledProblem):
 
 @dataclass(frozen=True)
 class JointLoad:
-    """The least sum of (F_i / N_i)^2, and of (|R| / force)^2 with the resultant force R in a joint
+    """The least sum of (F_i / N_i)^2, and of (R / force)^2 with the size R of the force in a joint
     of a kinematic tree.
 
     R is that of `em.analysis.joint_loads`, of all that acts, with the accelerations that follow
@@ -72,6 +72,14 @@ class JointLoad:
 
     def prepare(self, model: MusculoskeletalModel) -> Problems:
         """See `Criterion`.
+
+        Parameters
+        ----------
+        model : MusculoskeletalModel
+
+        Returns
+        -------
+        Problems
 
         Raises
         ------

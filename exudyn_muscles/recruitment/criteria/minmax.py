@@ -158,5 +158,14 @@ class MinMax:
             raise ParameterError(f"quantity = {self.quantity!r} is not one of {list(Quantity)}")
 
     def prepare(self, model: MusculoskeletalModel) -> Problems:
-        """See `Criterion`."""
+        """See `Criterion`.
+
+        Parameters
+        ----------
+        model : MusculoskeletalModel
+
+        Returns
+        -------
+        Problems
+        """
         return partial(MinMaxProblem, quantity=self.quantity)

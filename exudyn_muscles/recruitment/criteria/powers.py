@@ -104,7 +104,7 @@ class _Powered:
 
 @dataclass(frozen=True)
 class PoweredForces(_Powered):
-    """The least sum of |F_i / N_i|^exponent, as of muscle endurance with 3.
+    """The least sum of abs(F_i / N_i)^exponent, as of muscle endurance with 3.
 
     The larger the exponent, the more evenly muscles share. A millionth of the squares is added,
     which decides between forces so small that their powers are rounding.

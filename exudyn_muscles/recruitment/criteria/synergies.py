@@ -106,6 +106,14 @@ class Synergies:
     def prepare(self, model: MusculoskeletalModel) -> Problems:
         """See `Criterion`.
 
+        Parameters
+        ----------
+        model : MusculoskeletalModel
+
+        Returns
+        -------
+        Problems
+
         Raises
         ------
         ParameterError
