@@ -7,6 +7,7 @@ import exudyn_muscles as em
 from .reference.make import FOLDER, MODELS, results
 
 METHODS = ("static", "cmc", "csf", "css", "consistent", "forward")
+DEFAULT = ("static_default", "csf_default", "css_default", "consistent_default")
 
 
 @pytest.fixture(scope="module")
@@ -15,7 +16,7 @@ def made():
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", METHODS + DEFAULT)
 def test_the_result_is_the_stored_one(made, model, method):
     reference = em.Trajectory.load(FOLDER / f"{model}_{method}.npz")
     difference = made[f"{model}_{method}"].compare(reference)

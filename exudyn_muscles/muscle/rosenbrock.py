@@ -177,7 +177,7 @@ def stopped_step(tables, i, a, u, c, t, h_n):
 
 @kernel(inline=True)
 def first_step(tables, i, start, second, growth, h, tolerance):
-    """The first step wanted of a window `h`: l_t'' and the activation's `growth` |a'|/a at its start
+    """The first step wanted of a window `h`: l_t'' and activation's `growth` |a'|/a at its start
     make it one within tolerance.
 
     What a fibre does follows the ratio of its load and its activation, so that one whose activation

@@ -672,10 +672,11 @@ def test_good_input_is_good(integrator):
     em.integrate_window(em.MuscleSet([MUSCLE]), **GOOD, integrator=integrator)
 
 
-def test_the_trapezoidal_rule_is_the_default():
+def test_the_rosenbrock_method_is_the_default():
     chosen = em.integrate_window(em.MuscleSet([MUSCLE]), **GOOD)
-    same = em.integrate_window(em.MuscleSet([MUSCLE]), **GOOD, integrator=em.Integrator.TRAPEZOIDAL)
+    same = em.integrate_window(em.MuscleSet([MUSCLE]), **GOOD, integrator=em.Integrator.ROSENBROCK)
     assert chosen == same
+    assert em.CosimulationSettings().integrator is em.Integrator.ROSENBROCK
 
 
 @EITHER_INTEGRATOR
