@@ -8,11 +8,11 @@ from copy import copy
 from typing import NamedTuple, Self
 
 import numpy as np
-import qpsolvers
 
 from ..numerics.kernel import kernel
 from .certificate import ROUNDING, kkt_residual
 from .demand import Demand
+from .program import Program
 
 # A torque left over counts as unmet above this part of what the row's actuators can do, at their
 # normalising forces at most.
@@ -49,7 +49,7 @@ class Recruitment(NamedTuple):
     preferred: bool
 
 
-class ScaledProblem(qpsolvers.Problem):
+class ScaledProblem(Program):
     """min x^2/2 subject to A x = b and bounds, with the rows of A scaled by what their actuators
     can do, or would do at their normalising forces if that is less.
 
@@ -93,11 +93,11 @@ class ScaledProblem(qpsolvers.Problem):
         """How the cost grows with every unknown (m,)."""
         return x
 
-    def program(self, P: np.ndarray, q: np.ndarray) -> qpsolvers.Problem:
+    def program(self, P: np.ndarray, q: np.ndarray) -> Program:
         """min x P x / 2 + q x subject to the same rows and bounds."""
-        return qpsolvers.Problem(P, q, A=self.A, b=self.b, lb=self.lb, ub=self.ub)
+        return Program(P, q, A=self.A, b=self.b, lb=self.lb, ub=self.ub)
 
-    def solved(self, ask: Callable[[qpsolvers.Problem], Answer]) -> Answer:
+    def solved(self, ask: Callable[[Program], Answer]) -> Answer:
         """The solution, of a solver that can be asked for that of any quadratic program."""
         return ask(self)
 
