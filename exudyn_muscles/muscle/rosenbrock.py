@@ -45,7 +45,7 @@ LONG = 2.0
 # First step: this many times the one whose square times the curvature is the tolerance.
 START = 12.0
 # Fewest steps of a window, more or less: tendons that are stiff follow a path that bends.
-FEWEST = 2.0
+FEWEST = 3.0
 # The estimate passes through zero now and then. It is therefore taken to be at least this part of
 # what the last step makes expect, and at least this many times the correction that came before it,
 # which is of an order less, to the power of 3/2. For what comes next it is not below `LEAST`.
