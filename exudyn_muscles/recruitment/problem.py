@@ -132,13 +132,13 @@ class ScaledProblem(Program):
         return Recruitment(F, torque, unmet, residual, met, at_bounds, preferred)
 
     def _tolerance(self, F: np.ndarray) -> np.ndarray:
-        """Up to where torques (n,) are no gap: of what a row's actuators can do, and of rounding in
-        the torque of `F`, all of which is rounding where nothing acts."""
-        able = self.A * self.scale[:, None] * np.minimum(self._size, 1.0)
-        able[:, (self.lb == 0.0) & (self.ub == 0.0)] = 0.0
-        terms = np.abs(self._given[0].T) @ np.abs(F)
-        terms[~self._idle] *= ROUNDING
-        return np.maximum(UNMET * np.sqrt((able * able).sum(axis=1)), self._nothing + terms)
+        """Those of `gap_tolerances`."""
+        r, tolerances = self._given[0], np.empty(self.b.size)
+        gap_tolerances(
+            r, F, self.A, self.scale, self._size, self.lb, self.ub, self._idle, self._nothing,
+            tolerances,
+        )  # fmt: skip
+        return tolerances
 
 
 @kernel
@@ -229,3 +229,19 @@ def drop_below(values, nothing):
         else:
             every = False
     return every
+
+
+@kernel
+def gap_tolerances(r, F, A, scale, size, low, high, idle, nothing, tolerances):
+    """Write up to where torques (n,) are no gap: of what a row's actuators can do, and of rounding
+    in the torque of `F` (m,), all of which is rounding where a row is `idle`."""
+    for j in range(tolerances.size):
+        square, terms = 0.0, 0.0
+        for i in range(F.size):
+            terms += abs(r[i, j]) * abs(F[i])
+            if not (low[i] == 0.0 and high[i] == 0.0):
+                able = A[j, i] * scale[j] * min(size[i], 1.0)
+                square += able * able
+        if not idle[j]:
+            terms *= ROUNDING
+        tolerances[j] = max(UNMET * math.sqrt(square), nothing + terms)
