@@ -51,7 +51,7 @@ from .parameters import (
 
 ITERATIONS = 60  # iterations for the velocity of a damped fibre; two are usual
 STILL = 1e-12  # velocity over the maximum one
-CONVERGED = 1e-4  # last correction of it: the next one would be its cube
+CONVERGED = 1e-5  # last correction of it: the next one would be its cube
 
 
 @kernel(inline=True)
