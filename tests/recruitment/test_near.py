@@ -1,0 +1,70 @@
+"""A recruitment that starts from the bounds that forces were at before."""
+
+import numpy as np
+import pytest
+
+import exudyn_muscles as em
+from exudyn_muscles.recruitment import optimization
+from exudyn_muscles.recruitment.demand import Demand
+from exudyn_muscles.recruitment.optimization import Recruiter
+from models import leg
+
+from .problems import draw
+
+
+def demand(problem, near=None):
+    return Demand(*problem[:5], near=near)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_answer_is_the_same_wherever_it_starts(seed):
+    """From its own bounds, from those of nowhere, and from guesses that cannot be: as near as DAQP
+    may pass a bound."""
+    rng = np.random.default_rng(seed)
+    problem, recruiter = draw(rng, decades=1.0), Recruiter()
+    cold = recruiter.solve(demand(problem))
+    m = cold.force.size
+    guesses = [cold.at_bounds, np.ones(m, int), -np.ones(m, int), rng.integers(-1, 2, m)]
+    for near in guesses:
+        warm = recruiter.solve(demand(problem, near))
+        assert warm.met == cold.met
+        np.testing.assert_allclose(
+            warm.force / problem.N, cold.force / problem.N, rtol=0, atol=optimization.USUAL
+        )
+        assert warm.residual <= 1e-9
+
+
+def test_bounds_are_told():
+    r, N = np.array([[1.0], [1.0], [1.0]]), np.ones(3)
+    found = Recruiter().solve(
+        Demand(r, np.array([1.9]), np.array([0.0, 0.7, 0.0]), np.array([0.3, 0.9, 2.0]), N)
+    )
+    np.testing.assert_array_equal(found.at_bounds, [1, 0, 0])
+    found = Recruiter().solve(
+        Demand(r, np.array([0.8]), np.array([0.0, 0.7, 0.0]), np.array([0.3, 0.9, 2.0]), N)
+    )
+    np.testing.assert_array_equal(found.at_bounds, [0, -1, 0])
+
+
+@pytest.mark.parametrize(
+    "method", [em.static_optimization, em.computed_muscle_control, em.cosimulate]
+)
+def test_runs_start_from_the_step_before(monkeypatch, method):
+    """Which takes fewer iterations, and gives the same result within the certificate's limit."""
+    iterations = [0]
+    solve = optimization.daqp.solve
+
+    def counted(*arguments, **options):
+        found = solve(*arguments, **options)
+        iterations[-1] += found[3]["iterations"]
+        return found
+
+    monkeypatch.setattr(optimization.daqp, "solve", counted)
+    model, motion = leg.build(), leg.motion()
+    warm = method(model, motion)
+    iterations.append(0)
+    monkeypatch.setattr(optimization, "AT_HIGH", 0)
+    monkeypatch.setattr(optimization, "AT_LOW", 0)
+    cold = method(model, motion)
+    assert iterations[0] < 0.5 * iterations[1]
+    np.testing.assert_allclose(warm.coordinates, cold.coordinates, rtol=0, atol=1e-8)
