@@ -39,6 +39,7 @@ def load(tmp_path, monkeypatch):
 
     def load(source=SOURCE):
         monkeypatch.setattr(kernel_cache, "_said", set())
+        monkeypatch.setattr(sys, "dont_write_bytecode", True)  # that of the source before, if quick
         file.write_text(source)
         spec = importlib.util.spec_from_file_location("exudyn_muscles.kernels", file)
         module = importlib.util.module_from_spec(spec)
