@@ -6,12 +6,16 @@ from pathlib import Path
 import exudyn_muscles as em
 from tests.benchmarks import startup
 
-from .cases import LONGEST, ROUNDS, needs
+from .cases import LONGEST, ROOT, ROUNDS, needs
 
 PACKAGE = Path(em.__file__).parents[1]
+PENDULUM = f"""import sys
+sys.path.append({str(ROOT)!r})
+from models import pendulum
+pendulum.build(), pendulum.motion()"""
 CODE = {
     "import exudyn": "import exudyn",
-    "import exudyn_muscles": "import exudyn_muscles",
+    "import, and the pendulum's model and motion": PENDULUM,
     "import, and gait2354 with its set-up": startup.LOADED,
 }
 
