@@ -75,9 +75,9 @@ def loaded(name, folder):
 
 def of_pendulum():
     model, motion = pendulum.build(), pendulum.motion()
-    full, simplified = (
-        em.CosimulationSettings(scheme=scheme) for scheme in (em.Scheme.FULL, em.Scheme.SIMPLIFIED)
-    )
+    # or, in older versions, by its name there
+    settings = getattr(em, "CosimulationSettings", None) or em.Cosimulation
+    full, simplified = (settings(scheme=s) for s in (em.Scheme.FULL, em.Scheme.SIMPLIFIED))
 
     def paper():
         return [

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from exudyn_muscles.plot.styles import COLORS
 
@@ -61,7 +62,7 @@ def read(folder=RESULTS):
 
 def draw(versions):
     """The picture: whole runs at the left, a step and its parts at the right."""
-    figure = Figure(figsize=(11.0, 4.8), layout="constrained")
+    figure = Figure(figsize=(11.0, 5.2), layout="constrained")
     runs, parts = figure.subplots(1, 2)
     places = np.arange(len(versions))
 
@@ -76,6 +77,9 @@ def draw(versions):
                 color=COLORS[MODELS.index(model)], label=f"{model}, {method}",
             )  # fmt: skip
     runs.set(yscale="log", title="Whole runs", ylabel="CPU s per simulated s")
+    runs.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    runs.yaxis.set_major_formatter("{x:g}")
+    runs.yaxis.set_minor_formatter(NullFormatter())
 
     below = np.zeros(len(versions))
     for (part, name), color in zip(STACK.items(), SHADES, strict=True):
@@ -90,8 +94,9 @@ def draw(versions):
         panel.set_xticks(places, labels, fontsize=8)
         panel.grid(axis="y", which="both", alpha=0.25)
         panel.set_axisbelow(True)
-    runs.legend(fontsize=8)
-    parts.legend(fontsize=8, reverse=True)
+    beneath = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.16), "fontsize": 8}
+    runs.legend(ncols=3, **beneath)
+    parts.legend(ncols=3, **beneath)
     return figure
 
 
