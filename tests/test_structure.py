@@ -27,6 +27,7 @@ EVOLVING = r"\b(state|counts|settings)\b"  # what they are called, and Exudyn's 
 # Number of attributes that a class sets after its objects were made.
 SET_LATER = {
     "numerics.dispatchers _PartLibrary": 1,  # as numba's own
+    "recruitment.problem ScaledProblem": 3,  # a copy that is narrowed
     "simulation.plugin Plugin": 1,  # a new state for every run
     "skeleton.tied DynamicsOfTree": 1,  # where it is made: a tuple has no __init__
     "skeleton.skeleton Skeleton": 1,  # what is open of it

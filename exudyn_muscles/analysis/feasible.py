@@ -16,7 +16,8 @@ import numpy as np
 
 from ..errors import RecruitmentError
 from ..model import MusculoskeletalModel
-from ..muscle.window import DEFAULT_TOLERANCE, Integrator
+from ..muscle.window import Integrator
+from ..recruitment.settings import RecruitmentSettings
 from ..recruitment.windows import MuscleState, Windows, excite, open_window, reach_end
 from ..results.trajectory import Trajectory
 from .states import check_fits, geometries
@@ -64,7 +65,7 @@ def feasible_forces(model: MusculoskeletalModel, result: Trajectory) -> Table:
     before: Any = next(at, None)
     least, largest = np.empty((2, ends.size, len(names)))
     activations = np.empty((3, ends.size, len(names)))
-    windows = Windows(model.muscles, DEFAULT_TOLERANCE, Integrator.TRAPEZOIDAL)
+    windows = Windows(model.muscles, *_integration(result))
     u = np.array([model.muscles.minimum_activation, np.ones(len(names))])
     for k, (t, geometry) in enumerate(zip(ends, at, strict=True)):
         F, low, high = result.force_optimal[k], result.force_min[k], result.force_max[k]
@@ -90,6 +91,13 @@ def feasible_forces(model: MusculoskeletalModel, result: Trajectory) -> Table:
         "activation_largest": ("1", names, activations[2]),
     }
     return tabulated("feasible forces", ends, parts)
+
+
+def _integration(result: Trajectory) -> tuple[float, Integrator]:
+    """Tolerance and integrator of the windows of a result, or the usual ones if it has none."""
+    usual, given = RecruitmentSettings(), result.settings
+    tolerance = given.get("window_tolerance", usual.window_tolerance)
+    return tolerance, Integrator[given.get("integrator", usual.integrator.name)]
 
 
 def force_ranges(

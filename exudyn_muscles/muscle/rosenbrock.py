@@ -39,14 +39,18 @@ G1, G2, G3, G4 = 0.25, -0.5, -0.023504, -0.0362
 # tests/muscle/test_window.py draws from.
 SHARE = 0.9
 SAFETY, GROWTH = 0.9, 3.0
-# First step: its square times the curvature is this many tolerances.
-START = 10.0
+# The estimate of the activation's error counts the more the longer a step is for its time constant:
+# stages beyond u lie on lines.
+LONG = 2.0
+# First step: this many times the one whose square times the curvature is the tolerance.
+START = 12.0
 # Fewest steps of a window, more or less: tendons that are stiff follow a path that bends.
-FEWEST = 5.0
+FEWEST = 3.0
 # The estimate passes through zero now and then. It is therefore taken to be at least this part of
 # what the last step makes expect, and at least this many times the correction that came before it,
-# which is of an order less, to the power of 3/2.
+# which is of an order less, to the power of 3/2. For what comes next it is not below `LEAST`.
 MEMORY = 0.1
+LEAST = 1e-3
 SECOND = 3.0
 
 
@@ -172,10 +176,16 @@ def stopped_step(tables, i, a, u, c, t, h_n):
 
 
 @kernel(inline=True)
-def first_step(tables, i, start, second, h, tolerance):
-    """The first step wanted of a window `h`: l_t'' at its start makes it one within tolerance."""
+def first_step(tables, i, start, second, growth, h, tolerance):
+    """The first step wanted of a window `h`: l_t'' and activation's `growth` |a'|/a at its start
+    make it one within tolerance.
+
+    What a fibre does follows the ratio of its load and its activation, so that one whose activation
+    grows tenfold in the window needs shorter steps than its l_t'' says.
+    """
     stiffness = max(start[5], LEAST_STIFFNESS * tables.table[i, PER_STRETCH])
-    return START * min(h, math.sqrt(SHARE * tolerance / (stiffness * abs(second) + 1e-300)))
+    bend = stiffness * abs(second) * (1.0 + h * growth)
+    return START * min(h, math.sqrt(SHARE * tolerance / (bend + 1e-300)))
 
 
 @kernel(inline=True)
@@ -192,6 +202,7 @@ def window_step(tables, i, a, u, l_t, start, f_a, c, t, h_n, h, tolerance):
     # time constant's (or the window's) steps share the tolerance.
     share = SHARE * tolerance
     least = LEAST_STIFFNESS * tables.table[i, PER_STRETCH]
+    error_a *= 1.0 + LONG * h_n * abs(f_a)
     error_a /= share * min(h_n * max(abs(f_a), 1.0 / h), 1.0)
     error_t *= max(start[5], f_t, least) / (share * min(h_n * max(abs(start[3]), 1.0 / h), 1.0))
     if not error_a + error_t < math.inf:  # the maximum may lose a NaN
@@ -200,9 +211,13 @@ def window_step(tables, i, a, u, l_t, start, f_a, c, t, h_n, h, tolerance):
 
 
 @kernel(inline=True)
-def step_factor(error):
-    """What the step is to be multiplied by, after one with this error."""
-    factor = SAFETY / math.sqrt(math.sqrt(error + 1e-300))
+def step_factor(error, trend):
+    """What the step is to be multiplied by, after one with this error, of which the part that does
+    not depend on the step has become 1 / `trend` of what it was in the step before.
+
+    It is taken to do so again: a transient that dies away lets steps grow from one to the next.
+    """
     if error <= 1.0:
-        return min(factor, GROWTH)
+        return min(SAFETY * math.sqrt(math.sqrt(trend / (error + 1e-300))), GROWTH)
+    factor = SAFETY / math.sqrt(math.sqrt(error))
     return factor if 0.1 < factor < 1.0 else 0.1

@@ -15,7 +15,6 @@ from functools import partial
 
 import daqp
 import numpy as np
-import qpsolvers
 from numpy.typing import ArrayLike
 
 from ..errors import RecruitmentError
@@ -23,6 +22,7 @@ from .certificate import ACCEPTED
 from .demand import Demand
 from .nearest import two_levels
 from .problem import Answer, Recruitment, ScaledProblem
+from .program import Program
 
 # Close enough for the certificate.
 OSQP = {"eps_abs": 1e-8, "eps_rel": 1e-8, "polishing": True, "max_iter": 20000}
@@ -103,7 +103,7 @@ def _only_one(A: np.ndarray) -> bool:
 
 
 def ask(
-    solve: Callable[[qpsolvers.Problem], Answer], accepted: float, problem: ScaledProblem
+    solve: Callable[[Program], Answer], accepted: float, problem: ScaledProblem
 ) -> tuple[np.ndarray, float] | None:
     """x and its KKT residual, if `solve` has an answer with one of `accepted` at most."""
     answer = problem.solved(solve)
@@ -113,7 +113,7 @@ def ask(
     return (answer[0], residual) if residual <= max(accepted, problem.accepted) else None
 
 
-def _ask_daqp(problem: qpsolvers.Problem) -> Answer:
+def _ask_daqp(problem: Program) -> Answer:
     """Asked itself: through qpsolvers a Ctrl-C can end within ctypes, which swallow it."""
     (n, m), A, upper = problem.A.shape, problem.A, np.concatenate([problem.ub, problem.b])
     if problem.G is not None:
@@ -134,7 +134,7 @@ def _ask_daqp(problem: qpsolvers.Problem) -> Answer:
 
 
 def _ask_daqp_from(
-    sense: np.ndarray, problem: qpsolvers.Problem, A: np.ndarray, upper: np.ndarray,
+    sense: np.ndarray, problem: Program, A: np.ndarray, upper: np.ndarray,
     low: np.ndarray, passed: float,
 ) -> Answer:  # fmt: skip
     (n, m), P, q = problem.A.shape, problem.P, problem.q
@@ -142,11 +142,15 @@ def _ask_daqp_from(
     return (x, info["lam"][m : m + n]) if found > 0 else None
 
 
-def _ask_osqp(problem: qpsolvers.Problem) -> Answer:
+def _ask_osqp(problem: Program) -> Answer:
+    import qpsolvers  # slow to import, and not needed for DAQP
+
+    names = ("P", "q", "G", "h", "A", "b", "lb", "ub")
+    same = qpsolvers.Problem(*(getattr(problem, name) for name in names))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what it gives up on is judged by its residual
-            solution = qpsolvers.solve_problem(problem, solver="osqp", **OSQP)
+            solution = qpsolvers.solve_problem(same, solver="osqp", **OSQP)
     except (qpsolvers.SolverError, ArithmeticError):
         return None
     return None if solution.x is None or solution.y is None else (solution.x, solution.y)

@@ -8,11 +8,11 @@ from copy import copy
 from typing import NamedTuple, Self
 
 import numpy as np
-import qpsolvers
 
 from ..numerics.kernel import kernel
 from .certificate import ROUNDING, kkt_residual
 from .demand import Demand
+from .program import Program
 
 # A torque left over counts as unmet above this part of what the row's actuators can do, at their
 # normalising forces at most.
@@ -49,7 +49,7 @@ class Recruitment(NamedTuple):
     preferred: bool
 
 
-class ScaledProblem(qpsolvers.Problem):
+class ScaledProblem(Program):
     """min x^2/2 subject to A x = b and bounds, with the rows of A scaled by what their actuators
     can do, or would do at their normalising forces if that is less.
 
@@ -93,11 +93,11 @@ class ScaledProblem(qpsolvers.Problem):
         """How the cost grows with every unknown (m,)."""
         return x
 
-    def program(self, P: np.ndarray, q: np.ndarray) -> qpsolvers.Problem:
+    def program(self, P: np.ndarray, q: np.ndarray) -> Program:
         """min x P x / 2 + q x subject to the same rows and bounds."""
-        return qpsolvers.Problem(P, q, A=self.A, b=self.b, lb=self.lb, ub=self.ub)
+        return Program(P, q, A=self.A, b=self.b, lb=self.lb, ub=self.ub)
 
-    def solved(self, ask: Callable[[qpsolvers.Problem], Answer]) -> Answer:
+    def solved(self, ask: Callable[[Program], Answer]) -> Answer:
         """The solution, of a solver that can be asked for that of any quadratic program."""
         return ask(self)
 
@@ -132,13 +132,13 @@ class ScaledProblem(qpsolvers.Problem):
         return Recruitment(F, torque, unmet, residual, met, at_bounds, preferred)
 
     def _tolerance(self, F: np.ndarray) -> np.ndarray:
-        """Up to where torques (n,) are no gap: of what a row's actuators can do, and of rounding in
-        the torque of `F`, all of which is rounding where nothing acts."""
-        able = self.A * self.scale[:, None] * np.minimum(self._size, 1.0)
-        able[:, (self.lb == 0.0) & (self.ub == 0.0)] = 0.0
-        terms = np.abs(self._given[0].T) @ np.abs(F)
-        terms[~self._idle] *= ROUNDING
-        return np.maximum(UNMET * np.sqrt((able * able).sum(axis=1)), self._nothing + terms)
+        """Those of `gap_tolerances`."""
+        r, tolerances = self._given[0], np.empty(self.b.size)
+        gap_tolerances(
+            r, F, self.A, self.scale, self._size, self.lb, self.ub, self._idle, self._nothing,
+            tolerances,
+        )  # fmt: skip
+        return tolerances
 
 
 @kernel
@@ -229,3 +229,19 @@ def drop_below(values, nothing):
         else:
             every = False
     return every
+
+
+@kernel
+def gap_tolerances(r, F, A, scale, size, low, high, idle, nothing, tolerances):
+    """Write up to where torques (n,) are no gap: of what a row's actuators can do, and of rounding
+    in the torque of `F` (m,), all of which is rounding where a row is `idle`."""
+    for j in range(tolerances.size):
+        square, terms = 0.0, 0.0
+        for i in range(F.size):
+            terms += abs(r[i, j]) * abs(F[i])
+            if not (low[i] == 0.0 and high[i] == 0.0):
+                able = A[j, i] * scale[j] * min(size[i], 1.0)
+                square += able * able
+        if not idle[j]:
+            terms *= ROUNDING
+        tolerances[j] = max(UNMET * math.sqrt(square), nothing + terms)

@@ -41,7 +41,7 @@ class RecruitmentSettings:
     window_tolerance : float
         Of the muscle integration, over F0.
     integrator : Integrator
-        Of the muscles over a window.
+        Of the muscles over a window; the paper's is the trapezoidal rule.
     raise_on_unmet_torque : bool
         Stop with UnmetTorqueError instead of recording and going on.
 
@@ -58,7 +58,7 @@ class RecruitmentSettings:
     criterion: Criterion = SquaredForces()
     solver: Solver = Solver.DAQP
     window_tolerance: float = DEFAULT_TOLERANCE
-    integrator: Integrator = Integrator.TRAPEZOIDAL
+    integrator: Integrator = Integrator.ROSENBROCK
     raise_on_unmet_torque: bool = False
 
     def __post_init__(self) -> None:

@@ -59,7 +59,8 @@ class Independent:
 
     def dynamics(self, opened: Opened, place: tuple) -> Dynamics:
         """M_z (n, n) and H_z - Q_z (n,) at the current state, which is the `place`."""
-        return Dynamics(*opened.dynamics(), place)
+        M, bias, _ = opened.dynamics()
+        return Dynamics(M, bias, place)
 
     def begin(self, opened: Opened, torque: np.ndarray) -> None:
         """Set the muscles' torques (n,) at the start of a run, which is the current state."""
@@ -74,7 +75,7 @@ class Independent:
             The solver's initial accelerations are wrong, and stay so.
         """
         # Exudyn's own q'' at the start, which the trapezoidal rule never forgets.
-        M, bias = opened.dynamics()
+        M, bias, _ = opened.dynamics()
         torque = opened.applied
         lack = np.abs(M @ opened.state.a + bias - torque).max()
         if lack > 1e-6 * (np.abs(torque).max() + np.abs(bias).max()) + 1e-9:

@@ -36,6 +36,14 @@ class ForceSlopes(NamedTuple):
     damping: np.ndarray
 
 
+class Assembled(NamedTuple):
+    """M (N, N) and H - Q (N,) of all coordinates of a tree; which part of Q is carried (N,)."""
+
+    M: np.ndarray
+    bias: np.ndarray
+    carried: np.ndarray | None
+
+
 class NotOpen:
     """In place of an `Opened` before there is one: its state can be read, nothing evaluated."""
 
@@ -104,16 +112,16 @@ class Opened:
         """Give the tree back with the user's own joint torques alone."""
         self.recall((self._user_torque, np.zeros_like(self._load)))
 
-    def apply(self, torque: np.ndarray | None) -> None:
-        """Set torques (N,) on top of the user's own `jointForceVector` and of what is carried at
-        the current state; None: the last ones stay."""
+    def apply(self, torque: np.ndarray | None, carried: np.ndarray | None = None) -> None:
+        """Set torques (N,) on top of the user's own `jointForceVector` and of what is `carried` at
+        the current state, if that is known; None: the last ones stay."""
         if torque is None:
             if self._carried is None:
                 return
             torque = self.applied
         self.total[:] = self._user_torque + torque
         if self._carried is not None:
-            self._load[:] = self._carried(self.state.q, self._mbs.systemData.GetTime())
+            self._load[:] = self._carried_here() if carried is None else carried
             self.total[:] += self._load
         self._set(self._tree, "jointForceVector", self.total)
 
@@ -132,16 +140,21 @@ class Opened:
         self.total[:], self._load[:] = memory
         self._set(self._tree, "jointForceVector", self.total)
 
-    def dynamics(self) -> tuple[np.ndarray, np.ndarray]:
-        """M (N, N) and H - Q (N,), without `apply`'s torques, at the system's current state."""
+    def _carried_here(self) -> np.ndarray:
+        assert self._carried is not None
+        return self._carried(self.state.q, self._mbs.systemData.GetTime())
+
+    def dynamics(self) -> Assembled:
+        """The equations without `apply`'s torques at the system's current state."""
         solver, mbs = self._solver, self._mbs
         solver.ComputeMassMatrix(mbs)
         solver.ComputeODE2RHS(mbs)
         M = solver.GetSystemMassMatrix()[self.rows, self.rows]
         bias = self.total - self._user_torque - solver.GetSystemResidual()[self.rows]
-        if self._carried is not None:
-            bias -= self._carried(self.state.q, mbs.systemData.GetTime())
-        return M, bias
+        if self._carried is None:
+            return Assembled(M, bias, None)
+        carried = self._carried_here().copy()
+        return Assembled(M, bias - carried, carried)
 
     def mass_matrix(self) -> np.ndarray:
         """M (N, N) at the current state."""

@@ -21,7 +21,7 @@ import numpy as np
 
 from ..errors import ParameterError
 from .geometry import Geometry
-from .opened import Dynamics, Opened, agree
+from .opened import Assembled, Dynamics, Opened, agree
 from .state import State
 
 
@@ -33,12 +33,12 @@ class Slopes(NamedTuple):
 
 
 class DynamicsOfTree(Dynamics):
-    """`Dynamics` of z with M (N, N) and H - Q (N,) `of_tree`, all of its coordinates."""
+    """`Dynamics` of z with those `of_tree`, all of its coordinates."""
 
-    of_tree: tuple[np.ndarray, np.ndarray]
+    of_tree: Assembled
 
     def __new__(
-        cls, M: np.ndarray, bias: np.ndarray, place: tuple, of_tree: tuple[np.ndarray, np.ndarray]
+        cls, M: np.ndarray, bias: np.ndarray, place: tuple, of_tree: Assembled
     ) -> DynamicsOfTree:
         self = super().__new__(cls, M, bias, place)
         self.of_tree = of_tree
@@ -118,9 +118,9 @@ class Tied(ABC):
 
     def dynamics(self, opened: Opened, place: tuple) -> Dynamics:
         basis = self.follow(opened.state)
-        M, bias = opened.dynamics()
+        M, bias, _ = of_tree = opened.dynamics()
         R = basis.R
-        return DynamicsOfTree(R.T @ M @ R, R.T @ (M @ basis.bent + bias), place, (M, bias))
+        return DynamicsOfTree(R.T @ M @ R, R.T @ (M @ basis.bent + bias), place, of_tree)
 
     def begin(self, opened: Opened, torque: np.ndarray) -> None:
         """Also sets the accelerations of the whole system, as Exudyn would compute them."""
@@ -146,10 +146,11 @@ class Tied(ABC):
         if torque is not None:
             self._torque[:] = torque
         R = self.follow(opened.state).R
-        M, bias = here.of_tree if isinstance(here, DynamicsOfTree) else opened.dynamics()
+        known = here.of_tree if isinstance(here, DynamicsOfTree) else opened.dynamics()
+        M, bias, carried = known
         balance = M @ opened.state.a + bias
         balance[self.free] = self._torque - balance[self.tied] @ R[self.tied]
-        opened.apply(balance)
+        opened.apply(balance, carried)
 
     def applied(self, opened: Opened) -> np.ndarray:
         return self._torque.copy()

@@ -132,7 +132,7 @@ class TreeJointLoads:
         under forces of muscles `F` (m,) and of ideal actuators `f` (r,)."""
         own, state = self._new.coordinates, self._opened.state
         slopes = self._go_to(z, v, t)
-        M, acting = self._opened.dynamics()
+        M, acting, _ = self._opened.dynamics()
         geometry = self._geometry(state.q, state.v)
         acting = geometry.moment_arms.T @ F - acting
         if f.size:
@@ -150,7 +150,7 @@ class TreeJointLoads:
         """
         state = self._opened.state
         R, bent = self._go_to(z, v, t)
-        M, bias = self._opened.dynamics()
+        M, bias, _ = self._opened.dynamics()
         arms = self._geometry(state.q, state.v).moment_arms
         acting = np.column_stack([-bias, arms.T, self._columns(state.q)])
         alone = np.zeros((bent.size, acting.shape[1]))

@@ -36,6 +36,7 @@ SETUPS = {
         CORE, "gait10dof18musc_Setup_CMC.xml", {"initial_time": 0.6, "final_time": 0.9}
     ),
     "runningModel": Case(FILES / "running_test", "runningModel_Setup_CMC_test.xml"),
+    "Hamner": Case(Path(), "Setup_CMC.xml"),
     "arm26": Case(FILES / "arm26", "arm26_Setup_CMC.xml"),
 }
 PENDULUM = "pendulum"

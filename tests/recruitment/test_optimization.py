@@ -91,7 +91,10 @@ def test_the_users_solver_is_asked_first(name, monkeypatch):
 def test_daqp_is_asked_as_qpsolvers_asks_it(name):
     problem = ScaledProblem(ZOO[name].demand())
     x, y = optimization.SOLVERS[em.Solver.DAQP](problem)
-    solution = qpsolvers.solve_problem(problem, solver="daqp")
+    same = qpsolvers.Problem(
+        problem.P, problem.q, A=problem.A, b=problem.b, lb=problem.lb, ub=problem.ub
+    )
+    solution = qpsolvers.solve_problem(same, solver="daqp")
     np.testing.assert_array_equal(x, solution.x)
     np.testing.assert_array_equal(y, solution.y)
 
@@ -227,7 +230,7 @@ def test_osqp_gives_up(monkeypatch):
     good = case.solve()
     monkeypatch.setitem(optimization.OSQP, "max_iter", 1)
     np.testing.assert_allclose(case.solve(em.Solver.OSQP).force, good.force, rtol=1e-9)
-    monkeypatch.setattr(optimization.qpsolvers, "solve_problem", broken)
+    monkeypatch.setattr(qpsolvers, "solve_problem", broken)
     np.testing.assert_allclose(case.solve(em.Solver.OSQP).force, good.force, rtol=1e-9)
 
 

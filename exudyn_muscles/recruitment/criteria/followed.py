@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import qpsolvers
 from numpy.typing import ArrayLike
 
 from ...checks import number_within
@@ -16,6 +15,7 @@ from ..certificate import ACCEPTED
 from ..demand import Demand
 from ..limits import course_at, course_nodes
 from ..problem import Answer, ScaledProblem
+from ..program import Program
 from .criterion import LARGEST_WEIGHT, Problems
 from .quantity import Quantity, counted
 
@@ -40,7 +40,7 @@ class FollowedProblem(ScaledProblem):
         """How the cost grows with every unknown (m,)."""
         return self._stiffness * (x - self._least)
 
-    def solved(self, ask: Callable[[qpsolvers.Problem], Answer]) -> Answer:
+    def solved(self, ask: Callable[[Program], Answer]) -> Answer:
         """The solution of one quadratic program."""
         P, q = np.diag(self._stiffness), -self._stiffness * self._least
         return ask(self.program(P, q))

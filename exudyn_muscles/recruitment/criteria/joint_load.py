@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import qpsolvers
 
 from ...checks import number_within
 from ...errors import ParameterError
@@ -15,6 +14,7 @@ from ...model import MusculoskeletalModel
 from ..certificate import ACCEPTED
 from ..demand import Demand
 from ..problem import Answer, ScaledProblem
+from ..program import Program
 from .criterion import LARGEST_WEIGHT, Problems
 
 SMALLEST, LARGEST = 1e-9, 1e9  # N
@@ -35,7 +35,7 @@ class JointLoadProblem(ScaledProblem):
         """How the cost grows with every unknown (m,)."""
         return x + self._slopes.T @ (self._constant + self._slopes @ x)
 
-    def solved(self, ask: Callable[[qpsolvers.Problem], Answer]) -> Answer:
+    def solved(self, ask: Callable[[Program], Answer]) -> Answer:
         """The solution of one quadratic program."""
         B = self._slopes
         P, q = np.eye(B.shape[1]) + B.T @ B, B.T @ self._constant

@@ -18,13 +18,13 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import qpsolvers
 
 from ...errors import ParameterError
 from ...model import MusculoskeletalModel
 from ..certificate import ACCEPTED, kkt_residual
 from ..demand import Demand
 from ..problem import Answer, ScaledProblem
+from ..program import Program
 from .criterion import Problems
 from .quantity import Quantity, counted
 
@@ -56,7 +56,7 @@ class MinMaxProblem(ScaledProblem):
         """How the second level's cost grows with every unknown (m,)."""
         return x - self._zero
 
-    def solved(self, ask: Callable[[qpsolvers.Problem], Answer]) -> Answer:
+    def solved(self, ask: Callable[[Program], Answer]) -> Answer:
         """The second level's solution."""
         for part in PARTS:
             first = ask(self._first_level(part))
@@ -64,9 +64,7 @@ class MinMaxProblem(ScaledProblem):
                 continue
             t = np.abs(first[0][:-1] - self._zero).max(initial=0.0) * (1.0 + ROOM)
             low, high = self._within(t)
-            second = ask(
-                qpsolvers.Problem(self.P, -self._zero, A=self.A, b=self.b, lb=low, ub=high)
-            )
+            second = ask(Program(self.P, -self._zero, A=self.A, b=self.b, lb=low, ub=high))
             if second is None:
                 continue
             answer = second[0], np.array([self._multipliers(*first), second[1]])
@@ -80,13 +78,13 @@ class MinMaxProblem(ScaledProblem):
         second = kkt_residual(x, self.gradient(x), y[1], self.A, self.b, *self._within(t))
         return max(self._gap(x, y), second)
 
-    def _first_level(self, part: float) -> qpsolvers.Problem:
+    def _first_level(self, part: float) -> Program:
         """In the unknowns x and t (m + 1,)."""
         (n, m), c = self.A.shape, self._zero
         one, t = np.eye(m), np.ones((m, 1))
         below = self.lb < c  # others are above -t anyway
         q = np.append(-part * c, 1.0)
-        return qpsolvers.Problem(
+        return Program(
             part * np.eye(m + 1), q, A=np.hstack([self.A, np.zeros((n, 1))]), b=self.b,
             G=np.block([[one, -t], [-one[below], -t[below]]]), h=np.concatenate([c, -c[below]]),
             lb=np.append(self.lb, 0.0), ub=np.append(self.ub, np.inf),

@@ -8,13 +8,13 @@ from functools import partial
 from typing import ClassVar
 
 import numpy as np
-import qpsolvers
 
 from ...checks import number_within
 from ...model import MusculoskeletalModel
 from ..certificate import ACCEPTED, kkt_residual
 from ..demand import Demand
 from ..problem import Answer, ScaledProblem
+from ..program import Program
 from .criterion import Problems
 from .quantity import Quantity, counted
 
@@ -44,7 +44,7 @@ class PoweredProblem(ScaledProblem):
         super().__init__(demand)
         self._zero, self._power = zero, power
 
-    def solved(self, ask: Callable[[qpsolvers.Problem], Answer]) -> Answer:
+    def solved(self, ask: Callable[[Program], Answer]) -> Answer:
         """The solution by Newton's method, every program with the curvatures of the one before.
 
         What lies between two points within reach is within reach: a step that makes the cost larger

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import qpsolvers
 
 from ...checks import number_within
 from ...errors import ParameterError
@@ -15,6 +14,7 @@ from ...model import MusculoskeletalModel
 from ..certificate import ACCEPTED
 from ..demand import Demand
 from ..problem import Answer, ScaledProblem
+from ..program import Program
 from .criterion import LARGEST_WEIGHT, Problems
 from .quantity import Quantity, counted
 
@@ -40,7 +40,7 @@ class SynergyProblem(ScaledProblem):
         z, _ = nnls(self._W, np.where(self._weight > 0.0, a, 0.0))
         return x - self._zero + self._weight * self._factor * (a - self._W @ z)
 
-    def solved(self, ask: Callable[[qpsolvers.Problem], Answer]) -> Answer:
+    def solved(self, ask: Callable[[Program], Answer]) -> Answer:
         """The solution of one quadratic program in x and z."""
         (n, m), k = self.A.shape, self._W.shape[1]
         w, s, W, c = self._weight, self._factor, self._W, self._zero
@@ -48,7 +48,7 @@ class SynergyProblem(ScaledProblem):
         P = np.block([[np.diag(1.0 + w * s * s), to_modes], [to_modes.T, (w[:, None] * W).T @ W]])
         q = np.append(-c - w * s * s * c, -to_modes.T @ c)
         answer = ask(
-            qpsolvers.Problem(
+            Program(
                 P, q, A=np.hstack([self.A, np.zeros((n, k))]), b=self.b,
                 lb=np.append(self.lb, np.zeros(k)), ub=np.append(self.ub, np.full(k, np.inf)),
             )
