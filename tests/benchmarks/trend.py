@@ -1,8 +1,16 @@
-"""Draws how CPU times went from version to version:
+r"""Draws how CPU times went from version to version:
 
     python -m tests.benchmarks.trend
 
-from what `asv` has stored in `tests/benchmarks/results/reference` into `docs/speed_trend.png`.
+from what `asv` has stored in `tests/benchmarks/results/reference` into `docs/speed_trend.png`. That
+folder has the results of a machine that is called so, and nothing else is said of it. Once:
+
+    asv machine --config tests/benchmarks/asv.conf.json --machine reference --os Linux --cpu "" \
+        --num_cpu "" --ram "" --yes
+
+and then for a version:
+
+    asv run --config tests/benchmarks/asv.conf.json --machine reference "main^!"
 """
 
 import ast
