@@ -13,10 +13,10 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..opensim import REFERENCE
+from .timed import SETUPS
 
 HERE = Path(__file__).parents[2]
-SETUP = REFERENCE.parent / "cmc" / "gait2354" / "subject01_Setup_CMC.xml"
+SETUP = HERE / SETUPS["gait2354"].folder / SETUPS["gait2354"].setup
 MODEL = "import sys; sys.path.insert(0, 'models'); import pendulum, exudyn_muscles as em\n"
 COMMAND = "from exudyn_muscles.cli import main\ntry: main({})\nexcept SystemExit: pass"
 FIRST_STEP = """

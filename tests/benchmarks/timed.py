@@ -1,4 +1,4 @@
-"""What `speed.py` and the regression guard time: runs of whole models and the parts of a step.
+"""What `speed.py` and the regression guard time: runs of whole models.
 
 Uses only what older versions have as well. Started as a program it serves timings: a line with
 names in, a line with CPU seconds out.
@@ -40,6 +40,7 @@ SETUPS = {
     "arm26": Case(FILES / "arm26", "arm26_Setup_CMC.xml"),
 }
 PENDULUM = "pendulum"
+SCHEMES = {"CSF": "FULL", "consistent": "CONSISTENT"}
 
 
 class Timed(NamedTuple):
@@ -53,26 +54,31 @@ def timed(name, folder):
     """The runs of one case, whose set-up is below `folder`."""
     if name == PENDULUM:
         return of_pendulum()
-    case = SETUPS[name]
-    setup = em.opensim.load_setup(Path(folder) / case.folder / case.setup, **case.span)
+    setup = loaded(name, folder)
     model, motion = setup.model, setup.motion
 
     def cosimulate(scheme):
         return lambda: [em.cosimulate(model, motion, settings=setup.cosimulation(scheme))]
 
+    known = em.Scheme.__members__
     runs = {
-        "CSF": cosimulate(em.Scheme.FULL),
-        "consistent": cosimulate(em.Scheme.CONSISTENT),
-        "CMC": lambda: [em.computed_muscle_control(model, motion, settings=setup.settings)],
+        method: cosimulate(known[scheme]) for method, scheme in SCHEMES.items() if scheme in known
     }
+    runs["CMC"] = lambda: [em.computed_muscle_control(model, motion, settings=setup.settings)]
     return Timed(runs, motion.end - motion.start)
+
+
+def loaded(name, folder):
+    """The set-up of one case."""
+    case = SETUPS[name]
+    return em.opensim.load_setup(Path(folder) / case.folder / case.setup, **case.span)
 
 
 def of_pendulum():
     model, motion = pendulum.build(), pendulum.motion()
-    full, simplified = (
-        em.CosimulationSettings(scheme=scheme) for scheme in (em.Scheme.FULL, em.Scheme.SIMPLIFIED)
-    )
+    # or, in older versions, by its name there
+    settings = getattr(em, "CosimulationSettings", None) or em.Cosimulation
+    full, simplified = (settings(scheme=s) for s in (em.Scheme.FULL, em.Scheme.SIMPLIFIED))
 
     def paper():
         return [
