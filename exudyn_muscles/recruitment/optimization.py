@@ -30,8 +30,10 @@ OSQP = {"eps_abs": 1e-8, "eps_rel": 1e-8, "polishing": True, "max_iter": 20000}
 UNBOUNDED, EQUALITY = 1e30, 5
 # Its marks of rows that it starts with as if they were equalities.
 AT_HIGH, AT_LOW = 1, 3
-# How far DAQP may pass a bound: its default, and what sequences of programs need to come to an end.
-USUAL, EXACT = 1e-6, 1e-12
+# How far DAQP may pass a bound: its default, and what sequences of programs need to come to an
+# end. Where it has passed one by more than WITHIN, at the edge of what is within reach, its answer
+# is not good enough, and it is asked for an exact one.
+USUAL, EXACT, WITHIN = 1e-6, 1e-12, 1e-10
 # And of the nearest torque, over the terms that it is the sum of.
 ACCEPTED_NEAREST = 1e-12
 
@@ -115,6 +117,23 @@ def ask(
 
 def _ask_daqp(problem: Program) -> Answer:
     """Asked itself: through qpsolvers a Ctrl-C can end within ctypes, which swallow it."""
+    for passed in (USUAL, EXACT) if isinstance(problem, ScaledProblem) else (EXACT,):
+        for near in (getattr(problem, "near", None), None):
+            answer = _ask_daqp_from(near, problem, passed)
+            if answer is not None:
+                break
+        if answer is None or _is_within(problem, answer[0]):
+            break
+    return answer
+
+
+def _is_within(problem: Program, x: np.ndarray) -> bool:
+    """Whether it has passed no bound."""
+    return bool((x >= problem.lb - WITHIN).all() and (x <= problem.ub + WITHIN).all())
+
+
+def _ask_daqp_from(near: np.ndarray | None, problem: Program, passed: float) -> Answer:
+    """Its answer, if it starts `near` these bounds."""
     (n, m), A, upper = problem.A.shape, problem.A, np.concatenate([problem.ub, problem.b])
     if problem.G is not None:
         A, upper = np.vstack([A, problem.G]), np.concatenate([upper, problem.h])
@@ -122,23 +141,9 @@ def _ask_daqp(problem: Program) -> Answer:
     low[:m] = problem.lb
     sense = np.zeros(upper.size, np.intc)
     sense[m : m + n] = EQUALITY
-    passed = USUAL if isinstance(problem, ScaledProblem) else EXACT
-    near = getattr(problem, "near", None)
     if near is not None:
-        started = sense.copy()
-        started[:m][near > 0], started[:m][near < 0] = AT_HIGH, AT_LOW
-        answer = _ask_daqp_from(started, problem, A, upper, low, passed)
-        if answer is not None:
-            return answer
-    return _ask_daqp_from(sense, problem, A, upper, low, passed)
-
-
-def _ask_daqp_from(
-    sense: np.ndarray, problem: Program, A: np.ndarray, upper: np.ndarray,
-    low: np.ndarray, passed: float,
-) -> Answer:  # fmt: skip
-    (n, m), P, q = problem.A.shape, problem.P, problem.q
-    x, _, found, info = daqp.solve(P, q, A, upper, low, sense, primal_tol=passed)
+        sense[:m][near > 0], sense[:m][near < 0] = AT_HIGH, AT_LOW
+    x, _, found, info = daqp.solve(problem.P, problem.q, A, upper, low, sense, primal_tol=passed)
     return (x, info["lam"][m : m + n]) if found > 0 else None
 
 
