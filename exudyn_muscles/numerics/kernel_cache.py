@@ -9,7 +9,12 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from numba.core.caching import FunctionCache, NullCache
+from numba.core.caching import (
+    CompileResultCacheImpl,
+    FunctionCache,
+    InTreeCacheLocator,
+    NullCache,
+)
 from numba.core.runtime.nrt import rtsys
 from numba.core.serialize import dumps
 
@@ -18,6 +23,7 @@ from .turns import begin_turn, end_turn, turn_of
 
 logger = logging.getLogger("exudyn_muscles")
 
+INSTALLED = {"site-packages", "dist-packages"}  # folders of packages that pip has copied
 CHECKSUM = 32  # bytes, of SHA-256
 
 
@@ -29,6 +35,17 @@ def kernel_cache(function: Callable, stamp: str) -> FunctionCache | NullCache:
         folder = Path(function.__code__.co_filename).parent / "__pycache__"
         _warn_once(NOT_KEPT, str(folder), error)
         return NullCache()
+
+
+class _Elsewhere(CompileResultCacheImpl):
+    """Not beside the sources: what is stored among installed packages stays there when they are
+    removed, and hides those that are installed from a checkout."""
+
+    _locator_classes = tuple(
+        each
+        for each in CompileResultCacheImpl._locator_classes
+        if not issubclass(each, InTreeCacheLocator)
+    )
 
 
 class KernelCache(FunctionCache):
@@ -46,6 +63,8 @@ class KernelCache(FunctionCache):
     """
 
     def __init__(self, function: Callable, stamp: str) -> None:
+        if INSTALLED & set(Path(function.__code__.co_filename).parts):
+            self._impl_class = _Elsewhere
         super().__init__(function)
         self.turn = turn_of(stamp, function.__module__, function.__code__.co_filename)
         self._cache_file = _Versions(Path(self.cache_path), self._impl.filename_base, stamp)

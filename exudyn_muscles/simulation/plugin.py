@@ -163,10 +163,11 @@ class Plugin(Method):
             skeleton.begin(load)
             held.keep(hooks.restore)
             hooks.install(self._own_hooks(hooks))
-            held.keep(partial(self._give_matrix_back, state))
+            held.keep(lambda: [give_back() for give_back in state.matrices])
             state.attached = True
             yield self
             hooks.check()
+            skeleton.check_carried()
             off = judge_tracking(record, state.end)
             if state.running and record.status is Status.INCOMPLETE:
                 warn_of_early_end(record, running_solver(mbs), state.open)
@@ -187,10 +188,6 @@ class Plugin(Method):
         if self.feeds_back or not self.skeleton.known_to_exudyn:
             own["SystemJacobian"] = addition(self, self.skeleton)
         return own
-
-    def _give_matrix_back(self, state: RunState) -> None:
-        if state.alone is not None:
-            set_newton_matrix(self.model.mbs, None)
 
     @property
     def near(self) -> np.ndarray | None:
@@ -320,6 +317,7 @@ class Plugin(Method):
         state, iteration = self.state, running_solver(mbs).it
         end, goes_on = iteration.endTime, state.record.reached is not None
         if goes_on:
+            self.skeleton.check_carried()
             continuing.go_on(self.model, state, t)
         else:
             check_start_time(t, self.start_time)
@@ -328,7 +326,7 @@ class Plugin(Method):
         skeleton, state.alone = self.skeleton, None
         if self.feeds_back and is_alone(skeleton) and takes_matrices(mbs):
             state.alone = skeleton
-            set_newton_matrix(mbs, whole_matrix(self, skeleton))
+            state.matrices.append(set_newton_matrix(mbs, whole_matrix(self, skeleton)))
         if goes_on:
             step = iteration.currentStepSize
             if abs(step - state.step) > SAME_STEP * step:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import exudyn as exu
@@ -73,9 +74,11 @@ def newton_factors(solver: exu.MainSolverImplicitSecondOrder) -> tuple[float, fl
     return mass, -solver.newmarkBeta * h * h, -solver.newmarkGamma * h
 
 
-def set_newton_matrix(mbs: exu.MainSystem, function: Callable | None) -> None:
-    """Have the solver take its Newton matrix from a function, or build it itself again."""
-    running_solver(mbs).SetUserFunctionComputeNewtonJacobian(mbs, function)
+def set_newton_matrix(mbs: exu.MainSystem, function: Callable) -> Callable[[], None]:
+    """Have the solver take its Newton matrix from a function; returned is what ends that."""
+    solver = running_solver(mbs)
+    solver.SetUserFunctionComputeNewtonJacobian(mbs, function)
+    return partial(solver.SetUserFunctionComputeNewtonJacobian, mbs, None)
 
 
 def request_jacobian(mbs: exu.MainSystem) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
 
@@ -48,6 +48,8 @@ class RunState:
         tried.
     alone : TreeRows, optional
         The tree, if the run makes Newton's matrix of it itself.
+    matrices : list of callable
+        What gives solvers their own Newton matrices back.
     ended : RunEnd, optional
         Where the last run ended, if it reached its end.
     t_0, step : float
@@ -72,6 +74,7 @@ class RunState:
     running: bool = False
     open: bool = False
     alone: TreeRows | None = None
+    matrices: list[Callable[[], None]] = field(default_factory=list)
     ended: RunEnd | None = None
     step: float = 0.0
     calls: int = 0

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import exudyn as exu
 import numpy as np
 
+from ..errors import ModelError
 from ..forces.external import ExternalForce, cubics
 from ..forces.external_loads import MARGIN
 from ..path.frames import GROUND
 
 NOTHING = [0.0] * 9
 LAID_DOWN = "exudyn_muscles: external forces laid down"  # in mbs.sys, by their loads
+USER_FUNCTIONS = ("PreStep", "PostStep", "PreNewtonResidual", "PostNewton")
 
 Vector = Sequence[float]
 
@@ -28,18 +30,31 @@ def acting_in(mbs: exu.MainSystem, number: int) -> Acting | None:
     return acting if isinstance(acting, Acting) else None
 
 
-def acting_on_tree(mbs: exu.MainSystem, tree: int) -> list[tuple[int, Acting]]:
-    """The loads of external forces on a tree, by its object number, and whose they are."""
-    found = []
+def carried_on_tree(mbs: exu.MainSystem, tree: int) -> dict[int, Acting]:
+    """The external forces on a tree, by its object number, that can be carried: by their loads.
+
+    All loads of a force are as they were made, and nobody looks at them: no sensor, and no user
+    function of the `mbs`, which might change them as well.
+    """
+    if any(getattr(mbs, f"Get{name}UserFunction")() for name in USER_FUNCTIONS):
+        return {}
+    found: dict[int, Acting] = {}
     for number in range(mbs.systemData.NumberOfLoads()):
         acting = acting_in(mbs, number)
-        if acting is None:
-            continue
-        marker = mbs.GetMarker(mbs.GetLoad(number)["markerNumber"])
-        is_of_tree = marker["markerType"] == "KinematicTreeRigid"
-        if is_of_tree and int(marker["objectNumber"]) == int(tree):
-            found.append((number, acting))
-    return found
+        if acting is not None and acting.is_as_made(mbs, number, tree):
+            found[number] = acting
+    watched = {
+        int(sensor["loadNumber"])
+        for sensor in map(mbs.GetSensor, range(mbs.systemData.NumberOfSensors()))
+        if sensor["sensorType"] == "Load"
+    }
+    whole = {
+        id(acting)
+        for acting in found.values()
+        if len(acting.functions) == sum(each is acting for each in found.values())
+        and not any(found[k] is acting for k in watched & found.keys())
+    }
+    return {number: acting for number, acting in found.items() if id(acting) in whole}
 
 
 class Acting:
@@ -57,6 +72,30 @@ class Acting:
         self._pieces = cubics(external_force)
         self._last: list = [np.nan, NOTHING]
 
+    @property
+    def functions(self) -> dict[str, Callable[..., Vector]]:
+        """What Exudyn asks in each kind of load that there is."""
+        record, kinds = self.external_force, {}
+        if record.force is not None:
+            kinds["ForceVector"] = self.force
+        if record.point is not None or record.torque is not None:
+            kinds["TorqueVector"] = self.torque
+        return kinds
+
+    def is_as_made(self, mbs: exu.MainSystem, load: int, tree: int) -> bool:
+        """Whether a load is as `add_external_force` has made it on this tree."""
+        given = mbs.GetLoad(load)
+        marker = mbs.GetMarker(given["markerNumber"])
+        function = given["loadVectorUserFunction"]
+        return (
+            not given["bodyFixed"]
+            and int(given["markerNumber"]) == int(self.markers[self.external_force.link])
+            and marker["markerType"] == "KinematicTreeRigid"
+            and int(marker["objectNumber"]) == int(tree)
+            and isinstance(function, dict)
+            and function["function"] == self.functions.get(given["loadType"])
+        )
+
     def lay_down(self, mbs: exu.MainSystem, load: int) -> None:
         """Have one of the loads do nothing, as someone else applies the force."""
         assert self.rest is not None
@@ -64,13 +103,28 @@ class Acting:
         mbs.SetLoadParameter(load, "markerNumber", self.rest)
         mbs.sys.setdefault(LAID_DOWN, {})[load] = self
 
+    def check_rests(self, mbs: exu.MainSystem, load: int) -> None:
+        """Raise ModelError if a load that was laid down is not as it was then."""
+        given, rest = mbs.GetLoad(load), self.rest
+        assert rest is not None
+        if (
+            given["loadVectorUserFunction"]
+            or np.any(given["loadVector"])
+            or given["bodyFixed"]
+            or int(given["markerNumber"]) != int(rest)
+        ):
+            raise ModelError(
+                f"load {load} '{given['name']}' was changed within attached(), where the plugin "
+                f"carries external force '{self.external_force.name}' itself: change it before, or "
+                "in a PreStep user function that is set before"
+            )
+
     def take_up(self, mbs: exu.MainSystem, load: int) -> None:
         """Have it act again."""
-        is_force = mbs.GetLoad(load)["loadType"] == "ForceVector"
-        acts = self.force if is_force else self.torque
-        mbs.SetLoadParameter(load, "loadVectorUserFunction", acts)
+        kind = mbs.GetLoad(load)["loadType"]
+        mbs.SetLoadParameter(load, "loadVectorUserFunction", self.functions[kind])
         mbs.SetLoadParameter(load, "markerNumber", self.markers[self.external_force.link])
-        mbs.sys[LAID_DOWN].pop(load)
+        mbs.sys.get(LAID_DOWN, {}).pop(load, None)
 
     def force(self, mbs: exu.MainSystem, t: float, _: Vector) -> Vector:
         """F in ground, for Exudyn."""

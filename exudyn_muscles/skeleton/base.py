@@ -297,6 +297,10 @@ class ExudynSkeleton(ABC):
         """Set the load at Exudyn's iterate, on top of the user's own, where the `dynamics` are
         `here` if they are known; None: the last one stays."""
 
+    def check_carried(self) -> None:
+        """Raise ModelError if loads were changed whose forces the plugin carries."""
+        return  # none are, but on trees
+
     @property
     @abstractmethod
     def memory(self) -> tuple[np.ndarray, ...]:

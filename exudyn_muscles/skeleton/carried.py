@@ -2,12 +2,12 @@
 
 At every residual Exudyn would ask for them in Python and find the motion of their markers, which
 takes several times as long as all the rest of it. From the opening of a skeleton on they are
-therefore part of the torques that Exudyn is given, and its own loads rest.
+therefore part of the torques that Exudyn is given, and its own loads rest, unless somebody looks at
+them or has changed them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 
 import exudyn as exu
@@ -15,11 +15,9 @@ import numpy as np
 
 from ..forces.external_loads import add_external_forces, record_table
 from ..numerics.kernel import kernel
-from .acting import acting_on_tree
+from .acting import Acting, carried_on_tree
 from .hold import Hold
 from .tree import Tree, link_frames
-
-Carried = Callable[[np.ndarray, float], np.ndarray]
 
 
 @kernel(allocates=True)
@@ -34,26 +32,30 @@ def external_torques(
     add_external_forces(joints, parents, R, p, axes, links, starts, times, pieces, t, Q)
 
 
-def carry(mbs: exu.MainSystem, number: int, tree: Tree, held: Hold) -> Carried | None:
-    """Take the external forces on the tree with this object number over.
+class Carrier:
+    """External forces on a tree that were taken over."""
 
-    Returns
-    -------
-    callable or None
-        Their torques (N,) on all coordinates at q (N,) and t, overwritten by the next call; None if
-        there are none.
-    """
-    acting = acting_on_tree(mbs, number)
-    if not acting:
-        return None
-    for load, force in acting:
+    def __init__(self, mbs: exu.MainSystem, loads: dict[int, Acting], tree: Tree) -> None:
+        self._mbs, self._loads = mbs, loads
+        records = {id(force): force.external_force for force in loads.values()}
+        self._tables = *tree.tables(), *record_table(list(records.values()))
+        self._torques = np.empty(len(tree))
+
+    def __call__(self, q: np.ndarray, t: float) -> np.ndarray:
+        """Their torques (N,) on all coordinates q (N,), overwritten by the next call."""
+        external_torques(*self._tables, q, t, self._torques)
+        return self._torques
+
+    def check(self) -> None:
+        """Raise ModelError if their loads do not rest any more."""
+        for load, force in self._loads.items():
+            force.check_rests(self._mbs, load)
+
+
+def carry(mbs: exu.MainSystem, number: int, tree: Tree, held: Hold) -> Carrier | None:
+    """Take the external forces on the tree with this object number over, if there are any."""
+    loads = carried_on_tree(mbs, number)
+    for load, force in loads.items():
         held.keep(partial(force.take_up, mbs, load))
         force.lay_down(mbs, load)
-    records = {id(force): force.external_force for _, force in acting}
-    tables, torques = (*tree.tables(), *record_table(list(records.values()))), np.empty(len(tree))
-
-    def carried(q: np.ndarray, t: float) -> np.ndarray:
-        external_torques(*tables, q, t, torques)
-        return torques
-
-    return carried
+    return Carrier(mbs, loads, tree) if loads else None

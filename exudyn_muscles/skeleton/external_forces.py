@@ -43,8 +43,9 @@ def add_external_force(
 
     It becomes a `LoadForceVector`, a `LoadTorqueVector` or both at the origin of the link's frame,
     called `<name>: force` and `<name>: torque`, with user functions. While a method of this package
-    runs it carries those of a tree itself: they rest on ground then, on an `ObjectGround` that is
-    added if there is none.
+    runs it carries those of a tree itself, and the loads rest on ground, on an `ObjectGround` that
+    is added if there is none; they are left to Exudyn, which takes several times as long, where
+    they were changed, or a sensor of theirs or any user function of the `mbs` could look at them.
 
     Parameters
     ----------
@@ -69,13 +70,12 @@ def add_external_force(
         The system has loads of these names.
     """
     markers = _link_markers(mbs, tree, external_force)
-    rest = None if tree is None else _ground_marker(mbs)
+    rest = None if tree is None else _resting_marker(mbs)
     acting = Acting(mbs, markers, rest, external_force)
-    items = []
-    if external_force.force is not None:
-        items.append((LoadForceVector, "force", acting.force))
-    if external_force.point is not None or external_force.torque is not None:
-        items.append((LoadTorqueVector, "torque", acting.torque))
+    made = {
+        "ForceVector": (LoadForceVector, "force"), "TorqueVector": (LoadTorqueVector, "torque")
+    }  # fmt: skip
+    items = [(*made[kind], function) for kind, function in acting.functions.items()]
     return tuple(
         mbs.AddLoad(
             kind(
@@ -144,8 +144,12 @@ def _link_markers(
     return {link: _marker(mbs, tree, link, what) for link, what in named.items()}
 
 
-def _ground_marker(mbs: exu.MainSystem) -> int:
-    """A new marker on ground."""
+def _resting_marker(mbs: exu.MainSystem) -> int:
+    """A marker on ground, of all external forces."""
+    for number in range(mbs.systemData.NumberOfLoads()):
+        other = acting_in(mbs, number)
+        if other is not None and other.rest is not None:
+            return other.rest
     objects = range(mbs.systemData.NumberOfObjects())
     grounds = (k for k in objects if mbs.GetObject(k)["objectType"] == "Ground")
     ground = next(grounds, None)

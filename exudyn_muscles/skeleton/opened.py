@@ -12,7 +12,7 @@ import exudyn as exu
 import numpy as np
 
 from ..errors import ModelError
-from .carried import Carried
+from .carried import Carrier
 from .constrained import ConstrainedEquations, solved
 from .contacts import Contacts
 from .state import State
@@ -71,8 +71,8 @@ class Opened:
     known_to_exudyn : bool
         Whether Exudyn can compute initial accelerations; of a tree with dependent coordinates M may
         be singular.
-    carried : callable, optional
-        External forces that Exudyn has not got itself, as of `carry`.
+    carried : Carrier, optional
+        External forces that Exudyn has not got itself.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class Opened:
         tree: int,
         rows: slice,
         known_to_exudyn: bool,
-        carried: Carried | None = None,
+        carried: Carrier | None = None,
     ) -> None:
         settings = exu.SimulationSettings()
         settings.solution.file.write = False
@@ -139,6 +139,11 @@ class Opened:
         """Have the `memory` of another time back."""
         self.total[:], self._load[:] = memory
         self._set(self._tree, "jointForceVector", self.total)
+
+    def check_carried(self) -> None:
+        """Raise ModelError if loads whose forces are carried were changed."""
+        if self._carried is not None:
+            self._carried.check()
 
     def _carried_here(self) -> np.ndarray:
         assert self._carried is not None

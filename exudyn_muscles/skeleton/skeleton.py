@@ -302,6 +302,9 @@ class Skeleton(TreeRows):
     def apply(self, torque: np.ndarray | None, here: Dynamics | None = None) -> None:
         self.basis.apply(self._opened, torque, here)
 
+    def check_carried(self) -> None:
+        self._opened.check_carried()
+
     @property
     def memory(self) -> tuple[np.ndarray, ...]:
         return self._opened.memory

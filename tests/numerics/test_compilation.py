@@ -379,3 +379,20 @@ def test_turns_are_of_rooms_and_of_places(monkeypatch):
     assert own != turn("exudyn_muscles.muscle.window", folder="/y")
     monkeypatch.setattr(turns.config, "CACHE_DIR", "/elsewhere")
     assert own != turn("exudyn_muscles.muscle.window")
+
+
+def test_nothing_is_stored_among_installed_packages(tmp_path, monkeypatch):
+    """It would stay there when they are removed, and hide those of a checkout."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("HOME", str(tmp_path))
+    folder = tmp_path / "site-packages" / "kernels"
+    folder.mkdir(parents=True)
+    file = folder / "kernels.py"
+    file.write_text(SOURCE)
+    spec = importlib.util.spec_from_file_location("exudyn_muscles.kernels", file)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    module.inner = kernel(module.inner)
+    assert kernel(module.outer)(1.0) == 4.0
+    assert not list(folder.rglob("*.kernel"))
+    assert list(tmp_path.rglob("*.kernel"))

@@ -132,3 +132,30 @@ def test_an_error_in_it_is_raised_as_itself(monkeypatch):
     monkeypatch.setattr(unified.UnifiedPlugin, "slopes", broken)
     with pytest.raises(em.WindowError, match="in the matrix"):
         em.computed_muscle_control(planar_arm.build(), short(planar_arm))
+
+
+def test_every_solver_gets_its_matrix_back():
+    """Also the first one of two in the same `attached()`."""
+    model, motion = planar_arm.build(), short(planar_arm)
+    mbs = model.mbs
+    start_at(model, motion)
+    s = settings(0.01, end=0.01)
+    s.timeIntegration.generalizedAlpha.useNewmark = True
+    s.timeIntegration.generalizedAlpha.useIndex2Constraints = True
+    solver, run = exu.MainSolverImplicitSecondOrder(), csf(model, motion)
+    with run.attached():
+        mbs.sys["dynamicSolver"], mbs.sys["simulationSettings"] = solver, s
+        solver.InitializeSolver(mbs, s)
+        assert solver.SolveSteps(mbs, s)
+        solver.FinalizeSolver(mbs, s)
+        state = mbs.systemData.GetSystemState()
+        mbs.systemData.SetSystemState(state, configuration=exu.ConfigurationType.Initial)
+        again = settings(0.01, end=0.02, start=0.01)
+        mbs.SolveDynamic(again, solverType=TRAPEZOIDAL)
+        mbs.sys.pop("dynamicSolver")
+    solver.ComputeNewtonJacobian(mbs, s)
+    built, M = (
+        np.array(solver.GetSystemJacobian()),
+        model.skeleton.dynamics_at(*motion(0.0)[:2], 0.0).M,
+    )
+    np.testing.assert_allclose(built, M, rtol=0, atol=0.1 * np.abs(M).max())

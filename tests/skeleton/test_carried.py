@@ -8,6 +8,7 @@ import exudyn_muscles as em
 from exudyn_muscles.skeleton import skeleton as skeletons
 from exudyn_muscles.skeleton.skeleton import Skeleton
 
+from ..runs import TRAPEZOIDAL, settings
 from .test_loads import METHODS, as_model, held, pendulum, push
 
 
@@ -94,3 +95,66 @@ def test_a_record_that_ends_is_refused_in_a_run_as_well():
     model = as_model(*pendulum(1, [push()]))
     with pytest.raises(em.ParameterError, match=r"external force 'push': its record spans"):
         em.cosimulate(model, held(0.2, 1.2))
+
+
+def changed(mbs, tree, loads, what):
+    """What a user does with the loads of a force, and what Exudyn has then."""
+    function = mbs.GetLoad(loads[0])["loadVectorUserFunction"]["function"]
+    if what == "off":
+        mbs.SetLoadParameter(loads[0], "loadVectorUserFunction", 0)
+    elif what == "torque off":
+        mbs.SetLoadParameter(loads[1], "loadVectorUserFunction", 0)
+    elif what == "scaled":
+        scaled = lambda mbs, t, v: [3.0 * x for x in function(mbs, t, v)]  # noqa: E731
+        mbs.SetLoadParameter(loads[0], "loadVectorUserFunction", scaled)
+    elif what == "body fixed":
+        mbs.SetLoadParameter(loads[0], "bodyFixed", True)
+    elif what == "moved":
+        marker = exu.itemInterface.MarkerKinematicTreeRigid(objectNumber=tree, linkNumber=0)
+        moved = mbs.AddMarker(marker)
+        mbs.Assemble()
+        mbs.SetLoadParameter(loads[0], "markerNumber", moved)
+    elif what == "user function":
+        mbs.SetPreStepUserFunction(lambda mbs, t: True)
+    elif what == "sensor":
+        mbs.AddSensor(exu.itemInterface.SensorLoad(loadNumber=loads[0], storeInternal=True))
+        mbs.Assemble()
+
+
+@pytest.mark.parametrize(
+    "what", ["off", "torque off", "scaled", "body fixed", "moved", "user function", "sensor"]
+)
+def test_what_a_user_has_changed_or_looks_at_is_left_to_exudyn(monkeypatch, what):
+    mbs, tree = pendulum(1, [push()])
+    changed(mbs, tree, [0, 1], what)
+    model, before = as_model(mbs, tree), acting(mbs)
+    found = em.cosimulate(model, held())
+    assert acting(mbs) == before
+    not_carried(monkeypatch)
+    expected = em.cosimulate(model, held())
+    np.testing.assert_array_equal(found.tendon_forces, expected.tendon_forces)
+    if what == "sensor":
+        assert np.abs(mbs.GetSensorStoredData(0)[1:, 1:]).max() > 1.0
+
+
+@pytest.mark.parametrize("before_the_end", [False, True])
+def test_what_is_changed_while_it_is_carried_is_an_error(before_the_end):
+    mbs, tree = pendulum(1, [push()])
+    model, motion = as_model(mbs, tree), held()
+    model.skeleton.set_initial_state(*motion(motion.start)[:2])
+    before, s = acting(mbs), settings(0.01, 0.4, start=motion.start)
+    plugin = em.CosimulationPlugin(model, motion)
+
+    def run(s):
+        mbs.SolveDynamic(s, solverType=TRAPEZOIDAL, updateInitialValues=True)
+
+    def attached():
+        with plugin.attached():
+            run(s)
+            mbs.SetLoadParameter(0, "loadVector", [0.0, -100.0, 0.0])
+            if before_the_end:
+                run(settings(0.01, 0.6, start=0.4))
+
+    with pytest.raises(em.ModelError, match=r"load 0 'push: force' was changed within attached"):
+        attached()
+    assert [load[:2] for load in acting(mbs)] == [load[:2] for load in before]
