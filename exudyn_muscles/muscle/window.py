@@ -108,7 +108,7 @@ def integrate(method, tables, i, a, l_t, u, l_0, v_0, l_1, v_1, h, tolerance, me
                 break
             continue
         if chosen:
-            if n == MAX_STEPS:
+            if n == mesh.size:
                 break
             mesh[n] = end
         if method == ROSENBROCK:
@@ -134,7 +134,7 @@ def integrate_all(
 ):  # fmt: skip
     """Integrate all m muscles for each of the k rows of `u`.
 
-    `mesh` (k, m, MAX_STEPS) and `steps` (k, m) as in `integrate`, or one mesh (k, 1, MAX_STEPS)
+    `mesh` (k, m, s) and `steps` (k, m) as in `integrate`, or one mesh (k, 1, s)
     that nobody uses again; `end` (4, k, m) receives a, l_t, F and dF/du. Returns the first muscle
     that failed, or -1.
     """

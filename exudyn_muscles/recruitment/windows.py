@@ -20,6 +20,10 @@ from ..muscle.parameters import MuscleSet
 from ..muscle.window import Integrator, check_window, integrate_all, length_slopes
 from .excitation import excitations
 
+# Room that windows ask for first. For the most steps it takes megabytes, whose first use costs a
+# run's first interval 20 ms.
+USUAL_STEPS = 256
+
 
 class Windows:
     """What a run's windows share: the muscles, how they are integrated, and memory for the steps.
@@ -40,9 +44,23 @@ class Windows:
     def __init__(self, muscles: MuscleSet, tolerance: float, integrator: Integrator) -> None:
         m = len(muscles)
         self.muscles, self.tolerance, self.method = muscles, tolerance, integrator.value
-        self.mesh, self.scratch = np.empty((2, m, MAX_STEPS)), np.empty(MAX_STEPS)
+        self._meshes, self.scratch = [np.empty((2, m, USUAL_STEPS))], np.empty(MAX_STEPS)
         self.steps = np.zeros((2, m), dtype=np.int64)
         self.tally = [0, 0]
+
+    @property
+    def mesh(self) -> np.ndarray:
+        """Room for the steps of all windows (2, m, k)."""
+        return self._meshes[0]
+
+    def make_room(self) -> bool:
+        """Whether there was less room than for the most steps; now there is not."""
+        before = self.mesh
+        if before.shape[2] == MAX_STEPS:
+            return False
+        self._meshes[0] = np.empty((*before.shape[:2], MAX_STEPS))
+        self._meshes[0][..., : before.shape[2]] = before
+        return True
 
 
 class MuscleState(NamedTuple):
@@ -111,11 +129,14 @@ def reach_end(window: OpenWindow, l: np.ndarray, v: np.ndarray) -> Reach:
     """
     windows, start, ends = window.windows, window.start, np.empty((4, 2, l.size))
     _check_open(window)
-    failed = integrate_all(
-        windows.method, windows.muscles.tables, start.activation, start.tendon_length, window.u,
-        start.length, start.lengthening_speed, l, v, window.h, windows.tolerance, windows.mesh,
-        windows.steps, ends,
-    )  # fmt: skip
+    for _ in range(2):
+        failed = integrate_all(
+            windows.method, windows.muscles.tables, start.activation, start.tendon_length,
+            window.u, start.length, start.lengthening_speed, l, v, window.h, windows.tolerance,
+            windows.mesh, windows.steps, ends,
+        )  # fmt: skip
+        if failed < 0 or not windows.make_room():
+            break
     check_window(failed, windows.muscles, *start, window.h)
     windows.tally[0] += 2 * l.size
     low, high = np.maximum(ends[2], 0.0)

@@ -44,6 +44,9 @@ def interval_settings():
     integration.generalizedAlpha.useNewmark = True
     integration.generalizedAlpha.useIndex2Constraints = True
     integration.generalizedAlpha.computeInitialAccelerations = False  # the plugin's are right
+    # As `cosimulate` has them: the matrix is right, so that one iteration mostly suffices.
+    integration.newton.useModifiedNewton = False
+    integration.newton.relativeTolerance, integration.newton.absoluteTolerance = 1e-8, 1e-9
     settings.solution.file.write = False
     settings.solution.sensors.active = False
     return settings
