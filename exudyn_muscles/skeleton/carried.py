@@ -8,8 +8,6 @@ them or has changed them.
 
 from __future__ import annotations
 
-from functools import partial
-
 import exudyn as exu
 import numpy as np
 
@@ -33,7 +31,7 @@ def external_torques(
 
 
 class Carrier:
-    """External forces on a tree that were taken over."""
+    """External forces on a tree, by their loads, from `lay_down` to `take_up`."""
 
     def __init__(self, mbs: exu.MainSystem, loads: dict[int, Acting], tree: Tree) -> None:
         self._mbs, self._loads = mbs, loads
@@ -43,8 +41,21 @@ class Carrier:
 
     def __call__(self, q: np.ndarray, t: float) -> np.ndarray:
         """Their torques (N,) on all coordinates q (N,), overwritten by the next call."""
-        external_torques(*self._tables, q, t, self._torques)
+        if self._loads:
+            external_torques(*self._tables, q, t, self._torques)
         return self._torques
+
+    def lay_down(self) -> None:
+        """Take them over."""
+        for load, force in self._loads.items():
+            force.lay_down(self._mbs, load)
+
+    def take_up(self) -> None:
+        """Give them back to Exudyn; nothing is carried from then on."""
+        for load, force in self._loads.items():
+            force.take_up(self._mbs, load)
+        self._loads.clear()
+        self._torques[:] = 0.0
 
     def check(self) -> None:
         """Raise ModelError if their loads do not rest any more."""
@@ -55,7 +66,9 @@ class Carrier:
 def carry(mbs: exu.MainSystem, number: int, tree: Tree, held: Hold) -> Carrier | None:
     """Take the external forces on the tree with this object number over, if there are any."""
     loads = carried_on_tree(mbs, number)
-    for load, force in loads.items():
-        held.keep(partial(force.take_up, mbs, load))
-        force.lay_down(mbs, load)
-    return Carrier(mbs, loads, tree) if loads else None
+    if not loads:
+        return None
+    carrier = Carrier(mbs, loads, tree)
+    held.keep(carrier.take_up)
+    carrier.lay_down()
+    return carrier

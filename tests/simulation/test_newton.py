@@ -103,15 +103,20 @@ def test_sparse_matrices_stay_exudyns(monkeypatch, kind, calls):
     assert result.status is em.Status.COMPLETE
 
 
-def test_a_solver_of_ones_own_gets_its_matrix_back():
-    """After `attached()` it solves without the plugin, with the matrix that it builds itself."""
+def own_solver():
+    """A model at its start, its motion, settings of one interval, and a solver for it."""
     model, motion = planar_arm.build(), short(planar_arm)
-    mbs = model.mbs
     start_at(model, motion)
     s = settings(0.01, end=0.01)
     s.timeIntegration.generalizedAlpha.useNewmark = True
     s.timeIntegration.generalizedAlpha.useIndex2Constraints = True
-    solver, run = exu.MainSolverImplicitSecondOrder(), csf(model, motion)
+    return model, motion, s, exu.MainSolverImplicitSecondOrder()
+
+
+def test_a_solver_of_ones_own_gets_its_matrix_back():
+    """After `attached()` it solves without the plugin, with the matrix that it builds itself."""
+    model, motion, s, solver = own_solver()
+    mbs, run = model.mbs, csf(model, motion)
     with run.attached():
         mbs.sys["dynamicSolver"], mbs.sys["simulationSettings"] = solver, s
         solver.InitializeSolver(mbs, s)
@@ -136,13 +141,8 @@ def test_an_error_in_it_is_raised_as_itself(monkeypatch):
 
 def test_every_solver_gets_its_matrix_back():
     """Also the first one of two in the same `attached()`."""
-    model, motion = planar_arm.build(), short(planar_arm)
-    mbs = model.mbs
-    start_at(model, motion)
-    s = settings(0.01, end=0.01)
-    s.timeIntegration.generalizedAlpha.useNewmark = True
-    s.timeIntegration.generalizedAlpha.useIndex2Constraints = True
-    solver, run = exu.MainSolverImplicitSecondOrder(), csf(model, motion)
+    model, motion, s, solver = own_solver()
+    mbs, run = model.mbs, csf(model, motion)
     with run.attached():
         mbs.sys["dynamicSolver"], mbs.sys["simulationSettings"] = solver, s
         solver.InitializeSolver(mbs, s)

@@ -158,3 +158,15 @@ def test_what_is_changed_while_it_is_carried_is_an_error(before_the_end):
     with pytest.raises(em.ModelError, match=r"load 0 'push: force' was changed within attached"):
         attached()
     assert [load[:2] for load in acting(mbs)] == [load[:2] for load in before]
+
+
+def test_afterwards_exudyn_alone_has_them():
+    """Evaluations count them once, within a run, after it, and when the skeleton is open again."""
+    model, motion = as_model(*pendulum(1, [push()])), held()
+    state = (*motion(0.5)[:2], 0.5)
+    with model.skeleton.opened():
+        expected = model.skeleton.dynamics_at(*state).bias
+    em.cosimulate(model, motion)
+    np.testing.assert_allclose(model.skeleton.dynamics_at(*state).bias, expected, rtol=1e-12)
+    with model.skeleton.opened():
+        np.testing.assert_array_equal(model.skeleton.dynamics_at(*state).bias, expected)
