@@ -147,10 +147,8 @@ def static_optimization(
                     opened = muscles.open(a, l_t, last, times[n - 1], t, at_bounds)
                     recruited = muscles.recruit(muscles.reach(opened, geometry), Q_m, place)
                     a, l_t, reserve, window = muscles.excite(recruited)
-                    torque, at_bounds = (
-                        recruited.recruitment.torque,
-                        recruited.recruitment.at_bounds,
-                    )
+                    found = recruited.recruitment
+                    torque, at_bounds = found.torque, found.at_bounds
                     counts.steps += 1
                 whole = skeleton.x, skeleton.x_t, skeleton.drift
                 point = q_d[n], v_d[n], a_d[n], *whole, a, l_t, torque

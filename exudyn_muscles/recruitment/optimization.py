@@ -118,10 +118,9 @@ def ask(
 def _ask_daqp(problem: Program) -> Answer:
     """Asked itself: through qpsolvers a Ctrl-C can end within ctypes, which swallow it."""
     for passed in (USUAL, EXACT) if isinstance(problem, ScaledProblem) else (EXACT,):
-        for near in (getattr(problem, "near", None), None):
-            answer = _ask_daqp_from(near, problem, passed)
-            if answer is not None:
-                break
+        answer = _ask_daqp_from(problem.near, problem, passed)
+        if answer is None and problem.near is not None:
+            answer = _ask_daqp_from(None, problem, passed)
         if answer is None or _is_within(problem, answer[0]):
             break
     return answer

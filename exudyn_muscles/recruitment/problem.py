@@ -63,8 +63,6 @@ class ScaledProblem(Program):
 
     Attributes
     ----------
-    near : (m,) int ndarray or None
-        The demand's.
     scale : (n,) ndarray
         The rows' lengths before. Coordinates that actuators cross by no more than rounding have
         none, and rows of zeros.
@@ -86,8 +84,7 @@ class ScaledProblem(Program):
             r, Q_m, F_min, F_max, N, A, b, low, high, size, self.scale, idle
         )
         self._given, self._size, self._idle = given, size, idle
-        self.near = demand.near
-        super().__init__(np.eye(m), np.zeros(m), A=A, b=b, lb=low, ub=high)
+        super().__init__(np.eye(m), np.zeros(m), A=A, b=b, lb=low, ub=high, near=demand.near)
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
         """How the cost grows with every unknown (m,)."""

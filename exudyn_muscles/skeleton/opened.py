@@ -151,11 +151,9 @@ class Opened:
 
     def dynamics(self) -> Assembled:
         """The equations without `apply`'s torques at the system's current state."""
-        solver, mbs = self._solver, self._mbs
-        solver.ComputeMassMatrix(mbs)
-        solver.ComputeODE2RHS(mbs)
-        M = solver.GetSystemMassMatrix()[self.rows, self.rows]
-        bias = self.total - self._user_torque - solver.GetSystemResidual()[self.rows]
+        M = self.mass_matrix()
+        self._solver.ComputeODE2RHS(self._mbs)
+        bias = self.total - self._user_torque - self._solver.GetSystemResidual()[self.rows]
         if self._carried is None:
             return Assembled(M, bias, None)
         carried = self._carried_here().copy()
