@@ -233,10 +233,7 @@ class MusculoskeletalModel:
         self, geometry: Geometry, a: np.ndarray, l_t: np.ndarray, reserve: np.ndarray
     ) -> np.ndarray:
         """Torques (n,) of muscles in the state a, l_t (m,) and of reserves (r,)."""
-        torque = geometry.moment_arms.T @ self.tendon_forces(geometry, a, l_t)
-        if reserve.size:
-            torque += geometry.columns @ reserve
-        return torque
+        return geometry.torque(self.tendon_forces(geometry, a, l_t), reserve)
 
     def load(
         self, geometry: Geometry, a: np.ndarray, l_t: np.ndarray, reserve: np.ndarray

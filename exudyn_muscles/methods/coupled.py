@@ -95,4 +95,6 @@ class CoupledScheme(ABC, Generic[S]):
     def serve(self, state: S, Q_m: np.ndarray, there: Dynamics) -> Recruited:
         """The forces that serve `Q_m` (n,) best where the step ends."""
         reached = state.muscles.reach(state.opened, self.model.geometry(*there.place))
-        return state.muscles.recruit(reached, Q_m, there.place)
+        served = state.muscles.recruit(reached, Q_m, there.place)
+        state.opened = state.opened.after(served.recruitment)
+        return served

@@ -42,12 +42,16 @@ from ..skeleton.geometry import Geometry
 
 class Opened(NamedTuple):
     """A window of the muscles until the time `end`, the limits of the ideal actuators there, and
-    the bounds that forces were at where it begins."""
+    the bounds that forces were at where it begins, or in the last recruitment at its end."""
 
     window: OpenWindow
     ideal: np.ndarray
     end: float
     near: np.ndarray | None
+
+    def after(self, found: Recruitment) -> Opened:
+        """The same for the recruitment after this one."""
+        return self._replace(near=found.at_bounds)
 
 
 class Within(NamedTuple):
@@ -237,7 +241,7 @@ class MuscleOptimization:
         self._counts.recruitments += 1
         r, N = geometry.moment_arms, N * self._cheaper
         if self._optimal.size:
-            r = np.vstack([r, geometry.columns.T])
+            r = np.concatenate((r, geometry.columns.T))
             low, high = np.concatenate((low, ideal[0])), np.concatenate((high, ideal[1]))
             N = np.concatenate((N, self._optimal))
         found = self._recruiter.solve(

@@ -9,7 +9,7 @@ N. The unknowns of the quadratic program are x = F / N, its rows are scaled to l
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import Enum
 from functools import partial
 
@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from ..errors import RecruitmentError
 from .certificate import ACCEPTED
 from .demand import Demand
+from .from_bounds import from_bounds
 from .nearest import two_levels
 from .problem import Answer, Recruitment, ScaledProblem
 from .program import Program
@@ -28,8 +29,6 @@ from .program import Program
 OSQP = {"eps_abs": 1e-8, "eps_rel": 1e-8, "polishing": True, "max_iter": 20000}
 # DAQP's infinity, and its mark of a row that is an equality.
 UNBOUNDED, EQUALITY = 1e30, 5
-# Its marks of rows that it starts with as if they were equalities.
-AT_HIGH, AT_LOW = 1, 3
 # How far DAQP may pass a bound: its default, and what sequences of programs need to come to an
 # end. Where it has passed one by more than WITHIN, at the edge of what is within reach, its answer
 # is not good enough, and it is asked for an exact one.
@@ -41,8 +40,9 @@ ACCEPTED_NEAREST = 1e-12
 class Solver(Enum):
     """Which solver is asked first; where it has no acceptable answer, `nearest` finds one.
 
-    DAQP is exact to rounding. OSQP's noise of up to 1e-8 costs Newton iterations where Exudyn's
-    tolerances are tighter.
+    DAQP is exact to rounding. Within a run it is only asked where the bounds that forces were at
+    before do not lead to the solution. OSQP's noise of up to 1e-8 costs Newton iterations where
+    Exudyn's tolerances are tighter.
     """
 
     DAQP = "daqp"
@@ -105,22 +105,30 @@ def _only_one(A: np.ndarray) -> bool:
 
 
 def ask(
-    solve: Callable[[Program], Answer], accepted: float, problem: ScaledProblem
+    solvers: Sequence[Callable[[Program], Answer]], accepted: float, problem: ScaledProblem
 ) -> tuple[np.ndarray, float] | None:
-    """x and its KKT residual, if `solve` has an answer with one of `accepted` at most."""
-    answer = problem.solved(solve)
-    if answer is None:
+    """x and its KKT residual, of the first of the `solvers` whose answer has one of `accepted` at
+    most."""
+    for solve in solvers:
+        answer = problem.solved(solve)
+        if answer is not None:
+            residual = problem.residual(*answer)
+            if residual <= max(accepted, problem.accepted):
+                return answer[0], residual
+    return None
+
+
+def _from_bounds(problem: Program) -> Answer:
+    """Where bounds are known that forces are likely to be at."""
+    if not isinstance(problem, ScaledProblem) or problem.near is None:
         return None
-    residual = problem.residual(*answer)
-    return (answer[0], residual) if residual <= max(accepted, problem.accepted) else None
+    x, y, found = from_bounds(problem.A, problem.b, problem.lb, problem.ub, problem.near)
+    return (x, y) if found else None
 
 
 def _ask_daqp(problem: Program) -> Answer:
-    """Asked itself: through qpsolvers a Ctrl-C can end within ctypes, which swallow it."""
     for passed in (USUAL, EXACT) if isinstance(problem, ScaledProblem) else (EXACT,):
-        answer = _ask_daqp_from(problem.near, problem, passed)
-        if answer is None and problem.near is not None:
-            answer = _ask_daqp_from(None, problem, passed)
+        answer = _daqp_within(problem, passed)
         if answer is None or _is_within(problem, answer[0]):
             break
     return answer
@@ -131,8 +139,8 @@ def _is_within(problem: Program, x: np.ndarray) -> bool:
     return bool((x >= problem.lb - WITHIN).all() and (x <= problem.ub + WITHIN).all())
 
 
-def _ask_daqp_from(near: np.ndarray | None, problem: Program, passed: float) -> Answer:
-    """Its answer, if it starts `near` these bounds."""
+def _daqp_within(problem: Program, passed: float) -> Answer:
+    """Asked itself: through qpsolvers a Ctrl-C can end within ctypes, which swallow it."""
     (n, m), A, upper = problem.A.shape, problem.A, np.concatenate([problem.ub, problem.b])
     if problem.G is not None:
         A, upper = np.vstack([A, problem.G]), np.concatenate([upper, problem.h])
@@ -140,8 +148,6 @@ def _ask_daqp_from(near: np.ndarray | None, problem: Program, passed: float) -> 
     low[:m] = problem.lb
     sense = np.zeros(upper.size, np.intc)
     sense[m : m + n] = EQUALITY
-    if near is not None:
-        sense[:m][near > 0], sense[:m][near < 0] = AT_HIGH, AT_LOW
     x, _, found, info = daqp.solve(problem.P, problem.q, A, upper, low, sense, primal_tol=passed)
     return (x, info["lam"][m : m + n]) if found > 0 else None
 
@@ -160,7 +166,7 @@ def _ask_osqp(problem: Program) -> Answer:
     return None if solution.x is None or solution.y is None else (solution.x, solution.y)
 
 
-SOLVERS = {Solver.DAQP: _ask_daqp, Solver.OSQP: _ask_osqp}
+SOLVERS = {Solver.DAQP: (_from_bounds, _ask_daqp), Solver.OSQP: (_ask_osqp,)}
 # The residual up to which its answer is taken. That of DAQP is rounding, below 1e-13; where it is
 # not, at the very edge of what is within reach, `nearest` is a million times as exact.
 OF_SOLVER = {Solver.DAQP: 1e-10, Solver.OSQP: ACCEPTED}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from copy import copy
+from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -84,7 +85,17 @@ class ScaledProblem(Program):
             r, Q_m, F_min, F_max, N, A, b, low, high, size, self.scale, idle
         )
         self._given, self._size, self._idle = given, size, idle
-        super().__init__(np.eye(m), np.zeros(m), A=A, b=b, lb=low, ub=high, near=demand.near)
+        self.A, self.b, self.lb, self.ub, self.near = A, b, low, high, demand.near
+
+    @cached_property
+    def P(self) -> np.ndarray:  # type: ignore[override]
+        """The unit matrix, which not all solvers ask for."""
+        return np.eye(self.lb.size)
+
+    @cached_property
+    def q(self) -> np.ndarray:  # type: ignore[override]
+        """Zeros."""
+        return np.zeros(self.lb.size)
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
         """How the cost grows with every unknown (m,)."""

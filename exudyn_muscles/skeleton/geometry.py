@@ -35,6 +35,13 @@ class Geometry(NamedTuple):
     moment_arms: np.ndarray
     columns: np.ndarray = NO_COLUMNS
 
+    def torque(self, forces: np.ndarray, ideal: np.ndarray) -> np.ndarray:
+        """Torques (n,) of the muscles' forces (m,) and the ideal actuators' (k,)."""
+        torque = self.moment_arms.T @ forces
+        if ideal.size:
+            torque += self.columns @ ideal
+        return torque
+
     def load(self, forces: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """What these forces (m + k,) and their `torque` (n,) are for Exudyn."""
         return torque

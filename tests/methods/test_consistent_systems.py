@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import exudyn_muscles as em
-from exudyn_muscles.methods.course.nodes import USUAL
+from exudyn_muscles.methods.course.nodes import NODES
 from models import pedalling, planar_arm
 
 from ..runs import plugin_run, settings, start_at
@@ -89,10 +89,10 @@ def test_where_a_step_leads():
     """Exactly, for accelerations that are a polynomial of the nodes' degree."""
     h, x = 0.3, np.polynomial.Polynomial([0.2, -1.0, 3.0, 0.7, 2.0])
     v = x.deriv()
-    a = v.deriv()(h * USUAL.s)[:, None]
+    a = v.deriv()(h * NODES.s)[:, None]
     start, end = (np.array([[x(t)], [v(t)]]) for t in (0.0, h))
     off = np.array([[0.1], [-0.2]])
-    away = USUAL.away(h, tuple(start), tuple(end + off), a)
+    away = NODES.away(h, tuple(start), tuple(end + off), a)
     np.testing.assert_allclose(away[:, 0], [-0.1, 0.2 * h], rtol=0, atol=1e-14)
 
 

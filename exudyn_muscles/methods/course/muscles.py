@@ -23,24 +23,22 @@ JUMP = 1e-3
 
 
 @kernel
-def muscles_go_on(tables, u, h, states, lengths, mesh, F):
-    """Integrate m muscles over the time `h` [s], 0 where they begin, to the lengths and speeds in
-    `lengths`[2:] (4, m).
+def muscles_go_on(tables, u, h, states, before, now, mesh, F):
+    """Integrate m muscles over the time `h` [s], 0 where they begin, from l, l' `before` (2, m) to
+    those of `now`.
 
-    `states` (2, m) are a, l_t; they and `lengths`[:2] are brought up to date, the forces written to
-    `F` (m,), with `mesh` for the work. Returns whether a path jumped, and -1 or the first muscle
-    that could not be integrated.
+    `states` (2, m) are a, l_t, which are brought up to date, and the forces written to `F` (m,),
+    with `mesh` for the work. Returns -1 or the first muscle that could not be integrated.
     """
-    jumped = False
     for i in range(u.size):
-        a, l_t, l, l_rate = states[0, i], states[1, i], lengths[2, i], lengths[3, i]
+        a, l_t, l, l_rate = states[0, i], states[1, i], now[0, i], now[1, i]
         if h == 0.0:
             F[i] = max(pull(tables, i, a, l_t, l, l_rate)[0], 0.0)
         else:
-            l_0, v_0 = lengths[0, i], lengths[1, i]
+            l_0, v_0 = before[0, i], before[1, i]
             off = l - l_0 - 0.5 * h * (v_0 + l_rate)
             if abs(off) * tables.table[i, PER_STRETCH] > JUMP:
-                l_0, jumped = l_0 + off, True
+                l_0 += off
             mesh[0] = h
             n, a, l_t, pulled, _ = integrate(
                 ROSENBROCK, tables, i, a, l_t, u[i], l_0, v_0, l, l_rate, h, ONE_STEP * TOLERANCE,
@@ -52,10 +50,9 @@ def muscles_go_on(tables, u, h, states, lengths, mesh, F):
                     h, TOLERANCE, mesh, 0,
                 )  # fmt: skip
             if n < 0:
-                return jumped, i
+                return i
             states[0, i], states[1, i], F[i] = a, l_t, max(pulled, 0.0)
-        lengths[0, i], lengths[1, i] = l, l_rate
-    return jumped, -1
+    return -1
 
 
 def check_integrated(failed: int, window: OpenWindow) -> None:

@@ -23,14 +23,6 @@ def lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:
     return 0.5 * (x + 1.0), 1.0 / (count * (count - 1) * legendre.legval(x, last) ** 2)
 
 
-def panels(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights (2 count + 1,) of Simpson's rule in as many panels."""
-    weights = np.zeros(2 * count + 1)
-    for k in range(count):
-        weights[2 * k : 2 * k + 3] += np.array([1.0, 4.0, 1.0]) / (6.0 * count)
-    return np.linspace(0.0, 1.0, 2 * count + 1), weights
-
-
 class Nodes:
     """Where in a step accelerations are taken, and what is made of them.
 
@@ -64,5 +56,4 @@ class Nodes:
 
 
 SMOOTH, _ = lobatto(4)  # nodes of M and H - Q, which are smoother than the muscles' force
-USUAL = Nodes(*lobatto(6))
-FINE = Nodes(*panels(10))  # where a path jumps, such as at a point that comes or goes
+NODES = Nodes(*lobatto(6))

@@ -15,7 +15,7 @@ from ...skeleton.opened import Dynamics
 from ...skeleton.system.geometry import GeometryOnAll
 from ...skeleton.system.skeleton import GeneralSkeleton
 from .muscles import check_integrated, muscles_go_on
-from .nodes import FINE, USUAL
+from .nodes import NODES
 from .step import Led, Step
 
 # An iterate whose constraints open by more than this in a step [rad or m] is still on its way.
@@ -40,9 +40,7 @@ class SystemCourse:
                 "Scheme.CONSISTENT: the mbs has nodes of rotation vectors (NodeRigidBodyRotVecLG); "
                 "use nodes of Euler parameters, or Scheme.FULL"
             )
-        m = len(model.muscles)
         self._model, self._skeleton, self.size = model, skeleton, skeleton.width
-        self._lengths, self._forces = np.empty((4, m)), np.empty(m)
 
     def begin(self, t: float) -> None:
         """The first step finds out for itself."""
@@ -75,11 +73,8 @@ class SystemCourse:
         system, h = self._skeleton.now, step.window.h
         state = system.state
         start, end = ([x.copy() for x in ends[:2]] for ends in (state.at_start, state.current))
-        for nodes in (USUAL, FINE):
-            times = step.end - (1.0 - nodes.s) * h
-            jumped, loads, states = self._loads(step, nodes.s, times)
-            if not jumped:
-                break
+        times = step.end - (1.0 - NODES.s) * h
+        loads, states = self._loads(step, NODES.s, times)
         a = np.empty_like(loads)
         for k, t in enumerate(times):
             if k == 0 and step.begun is not None:
@@ -87,28 +82,29 @@ class SystemCourse:
                 continue
             with state.within(t):
                 a[k] = system.accelerations(loads[k])
-        return Led(nodes.away(h, start, end, a), states[0], states[1], a[-1])
+        return Led(NODES.away(h, start, end, a), states[0], states[1], a[-1])
 
-    def _loads(
-        self, step: Step, s: np.ndarray, times: np.ndarray
-    ) -> tuple[bool, np.ndarray, np.ndarray]:
-        """Whether a path jumped, loads (k, N) at parts `s` (k,) of a step, and a, l_t (2, m) at
-        its end."""
+    def _loads(self, step: Step, s: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Loads (k, N) at parts `s` (k,) of a step, and a, l_t (2, m) at its end."""
         windows, (a, l_t, *_) = step.window.windows, step.window.start
         tables, m = windows.muscles.tables, a.size
-        states, jumped, held = np.array([a, l_t]), False, step.reserves_at(s)
-        loads = np.empty((s.size, self.size))
+        states, held = np.array([a, l_t]), step.reserves_at(s)
+        loads, lengths, forces = (
+            np.empty((s.size, self.size)),
+            np.empty((s.size, 2, m)),
+            np.empty(m),
+        )
         for k, t in enumerate(times):
-            self._lengths[2:], of_units = self._geometry(step, k, s.size, t)
-            jumps, failed = muscles_go_on(
-                tables, step.excitation, t - times[max(k - 1, 0)], states, self._lengths,
-                windows.scratch, self._forces,
+            before = max(k - 1, 0)
+            lengths[k], of_units = self._geometry(step, k, s.size, t)
+            failed = muscles_go_on(
+                tables, step.excitation, t - times[before], states, lengths[before], lengths[k],
+                windows.scratch, forces,
             )  # fmt: skip
             check_integrated(failed, step.window)
-            loads[k] = self._forces @ of_units[:m] + held[k] @ of_units[m:]
-            jumped |= jumps
+            loads[k] = forces @ of_units[:m] + held[k] @ of_units[m:]
         windows.tally[0] += m
-        return jumped, loads, states
+        return loads, states
 
     def _geometry(
         self, step: Step, k: int, count: int, t: float

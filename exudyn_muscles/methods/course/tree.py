@@ -21,7 +21,7 @@ from ...skeleton.opened import Dynamics
 from ...skeleton.skeleton import Skeleton
 from ...skeleton.state import hermite
 from .muscles import check_integrated, muscles_go_on
-from .nodes import FINE, SMOOTH, USUAL
+from .nodes import NODES, SMOOTH
 from .step import Led, Step
 
 # An iterate that is off by less [rad or m] keeps its excitations and is moved once more, which
@@ -36,35 +36,40 @@ INNER_VALUE, INNER_SLOPE = hermite(INNER)
 def tree_course(
     table, grids, bins, pieces, joints, parents, rotations, offsets, reference, positions,
     links, starts, bent, rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors,
-    factor_starts, integers, numbers, times, q, v, u, states, lengths, F, r, mesh, torques,
+    factor_starts, integers, numbers, times, q, v, u, states, lengths, r, mesh, F, torques,
 ):  # fmt: skip
-    """Integrate m muscles over the states q, q' (k, N) at k `times`.
+    """Integrate m muscles over k `times`, between whose first and last the states are q, q'
+    (k - 2, N).
 
-    `states` (2, m) holds a, l_t at the first time and receives those at the last; `torques` (k, N)
-    are written, with `lengths` (4, m), F (m,), r (m, N) and `mesh` for the work. Returns whether a
-    path jumped, and -1, the first muscle i that found no way, or m + i for one that could not be
-    integrated.
+    `states` (2, m) holds a, l_t at the first time and receives those at the last; `lengths`
+    (k, 2, m) holds l, l' at both, those between them are written, as are forces `F` (k, m) and
+    between them their `torques` (k - 2, N), with `r` (m, N) and `mesh` for the work. Returns -1,
+    the first muscle i that found no way, or m + i for one that could not be integrated.
     """
     tables = MuscleTables(table, PackedCurves(grids, bins, pieces))
-    m, jumped, before = u.size, False, times[0]
-    for k in range(times.size):
-        failed = tree_geometry(
-            joints, parents, rotations, offsets, reference, positions, links, starts, bent,
-            rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors, factor_starts,
-            integers, numbers, q[k], v[k], lengths[2], lengths[3], r,
-        )  # fmt: skip
+    m, last = u.size, times.size - 1
+    for k in range(last + 1):
+        before, inner = max(k - 1, 0), 0 < k < last
+        if inner:
+            failed = tree_geometry(
+                joints, parents, rotations, offsets, reference, positions, links, starts, bent,
+                rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors,
+                factor_starts, integers, numbers, q[k - 1], v[k - 1], lengths[k, 0], lengths[k, 1],
+                r,
+            )  # fmt: skip
+            if failed >= 0:
+                return failed
+        failed = muscles_go_on(
+            tables, u, times[k] - times[before], states, lengths[before], lengths[k], mesh, F[k]
+        )
         if failed >= 0:
-            return jumped, failed
-        jumps, failed = muscles_go_on(tables, u, times[k] - before, states, lengths, mesh, F)
-        jumped |= jumps
-        if failed >= 0:
-            return jumped, m + failed
-        for j in range(torques.shape[1]):
-            torques[k, j] = 0.0
-            for i in range(m):
-                torques[k, j] += r[i, j] * F[i]
-        before = times[k]
-    return jumped, -1
+            return m + failed
+        if inner:
+            for j in range(torques.shape[1]):
+                torques[k - 1, j] = 0.0
+                for i in range(m):
+                    torques[k - 1, j] += r[i, j] * F[k, i]
+    return -1
 
 
 class TreeCourse:
@@ -78,7 +83,7 @@ class TreeCourse:
         # Copies, because numba takes 0.2 us longer over every array that is read-only.
         laws = (array.copy() for array in (tables.table, *tables.curves))
         self._tables = (*laws, *geometry_tables(skeleton.tree, model.paths))
-        self._work = np.empty((4, m)), np.empty(m), np.empty((m, skeleton.width))
+        self._arms = np.empty((m, skeleton.width))  # room for those of a node
         self._model, self._skeleton, self.size = model, skeleton, len(skeleton)
 
     def begin(self, t: float) -> Dynamics:
@@ -109,27 +114,26 @@ class TreeCourse:
         )
         of_nodes = step.begun, *inner, here
         Ms, biases = np.array([x.M for x in of_nodes]), np.array([x.bias for x in of_nodes])
-        for nodes in (USUAL, FINE):
-            q, v, reduced = skeleton.basis.along(nodes.value @ ends, nodes.slope @ ends / h)
-            course = self._muscles(step, h * nodes.s, q, v)
-            if not course.jumped:
-                break
-        torques = course.torques
-        if self._model.reserves:
-            held = zip(q, step.reserves_at(nodes.s), strict=True)
-            torques = torques + [self._model.columns(x) @ f for x, f in held]
-        lack = reduced(torques) - nodes.smooth @ biases
-        M = (nodes.smooth @ Ms.reshape(len(Ms), -1)).reshape(-1, *here.M.shape)
+        torques, activation, tendon_length = self._muscles(step, h, ends)
+        lack = torques - NODES.smooth @ biases
+        M = (NODES.smooth @ Ms.reshape(len(Ms), -1)).reshape(-1, *here.M.shape)
         a = np.linalg.solve(M, lack[..., None])[..., 0]
-        away = nodes.away(h, (q_0, v_0), (q_1, v_1), a)
-        return Led(away, course.activation, course.tendon_length, here)
+        away = NODES.away(h, (q_0, v_0), (q_1, v_1), a)
+        return Led(away, activation, tendon_length, here)
 
-    def _muscles(self, step: Step, times: np.ndarray, q: np.ndarray, v: np.ndarray) -> MuscleCourse:
+    def _muscles(self, step: Step, h: float, ends: np.ndarray) -> MuscleCourse:
+        """With `ends` (4, n) of the cubic, q and h q' at both."""
         windows, (a, l_t, *_), u = step.window.windows, step.window.start, step.excitation
-        states, torques = np.array([a, l_t]), np.empty_like(q)
-        jumped, failed = tree_course(
-            *self._tables, times, q, v, u, states, *self._work, windows.scratch, torques
+        q, v, reduced = self._skeleton.basis.along(
+            NODES.value[1:-1] @ ends, NODES.slope[1:-1] @ ends / h
         )
+        states, torques = np.array([a, l_t]), np.empty_like(q)
+        forces, lengths = np.empty((NODES.s.size, u.size)), np.empty((NODES.s.size, 2, u.size))
+        lengths[0], lengths[-1] = (known[:2] for known in step.geometry)
+        failed = tree_course(
+            *self._tables, h * NODES.s, q, v, u, states, lengths, self._arms, windows.scratch,
+            forces, torques,
+        )  # fmt: skip
         windows.tally[0] += u.size
         if failed >= 0:
             for place in zip(q, v, strict=True):
@@ -137,14 +141,17 @@ class TreeCourse:
                     *map(self._skeleton.basis.part, place)
                 )  # raises if it was that
             check_integrated(failed - u.size, step.window)
-        return MuscleCourse(jumped, torques, *states)
+        held = step.reserves_at(NODES.s)
+        if held.size:
+            torques += [self._model.columns(x) @ f for x, f in zip(q, held[1:-1], strict=True)]
+        first, last = (step.geometry[k].torque(forces[k], held[k]) for k in (0, -1))
+        return MuscleCourse(np.vstack([first, reduced(torques), last]), *states)
 
 
 class MuscleCourse(NamedTuple):
-    """Whether a path jumped, the muscles' torques (k, N) at the times of a step, and a, l_t (m,) at
-    the last one."""
+    """The torques (k, n) of muscles and ideal actuators at the nodes of a step, and a, l_t (m,) at
+    its end."""
 
-    jumped: bool
     torques: np.ndarray
     activation: np.ndarray
     tendon_length: np.ndarray
