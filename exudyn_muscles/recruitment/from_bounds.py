@@ -13,11 +13,10 @@ import math
 
 import numpy as np
 
+from ..numerics.cholesky import divided, factorized
 from ..numerics.kernel import kernel
 
 ROUNDS = 20
-# Pivots of less than this part of their row's are rounding.
-SINGULAR = 1e-13
 MET = 1e-10  # largest |A x - b| of a solution
 BISECTIONS = 30  # of the way to the best place along a step
 
@@ -123,36 +122,3 @@ def less(gap, a, x):
     """Take a x off `gap` (n,)."""
     for j in range(a.size):
         gap[j] -= a[j] * x
-
-
-@kernel
-def factorized(G):
-    """Overwrite the lower half of G (n, n) by its Cholesky factor, rows of zeros by those of the
-    unit matrix; False: it is singular."""
-    for j in range(G.shape[0]):
-        whole = G[j, j]
-        for k in range(j):
-            for i in range(k):
-                G[j, k] -= G[j, i] * G[k, i]
-            G[j, k] /= G[k, k]
-            G[j, j] -= G[j, k] * G[j, k]
-        if whole == 0.0:
-            G[j, j] = 1.0
-        elif not G[j, j] > SINGULAR * whole:
-            return False
-        G[j, j] = math.sqrt(G[j, j])
-    return True
-
-
-@kernel
-def divided(L, b):
-    """Overwrite b (n,) by (L L^T)^-1 b."""
-    n = b.size
-    for j in range(n):
-        for k in range(j):
-            b[j] -= L[j, k] * b[k]
-        b[j] /= L[j, j]
-    for j in range(n - 1, -1, -1):
-        for k in range(j + 1, n):
-            b[j] -= L[k, j] * b[k]
-        b[j] /= L[j, j]

@@ -12,8 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...errors import SimulationError
 from ...model import MusculoskeletalModel
 from ...muscle.parameters import MuscleTables
+from ...numerics.cholesky import divided, factorized
 from ...numerics.curves import PackedCurves
 from ...numerics.kernel import kernel
 from ...skeleton.geometry import geometry_tables, tree_geometry
@@ -72,6 +74,25 @@ def tree_course(
     return -1
 
 
+@kernel
+def accelerations(Ms, biases, smooth, torques, M, a):
+    """Write q'' (k, n) that `torques` (k, n) leave where M and H - Q are polynomials: of `Ms` and
+    `biases` with the weights `smooth` (k, :), `M` (n, n) for the work. Returns whether M is
+    positive definite everywhere."""
+    for k in range(a.shape[0]):
+        M[:] = 0.0
+        for i in range(a.shape[1]):
+            a[k, i] = torques[k, i]
+            for p in range(smooth.shape[1]):
+                a[k, i] -= smooth[k, p] * biases[p, i]
+                for j in range(i + 1):
+                    M[i, j] += smooth[k, p] * Ms[p, i, j]
+        if not factorized(M):
+            return False
+        divided(M, a[k])
+    return True
+
+
 class TreeCourse:
     """The muscles and the tree of a model over steps; see `Course`."""
 
@@ -115,9 +136,11 @@ class TreeCourse:
         of_nodes = step.begun, *inner, here
         Ms, biases = np.array([x.M for x in of_nodes]), np.array([x.bias for x in of_nodes])
         torques, activation, tendon_length = self._muscles(step, h, ends)
-        lack = torques - NODES.smooth @ biases
-        M = (NODES.smooth @ Ms.reshape(len(Ms), -1)).reshape(-1, *here.M.shape)
-        a = np.linalg.solve(M, lack[..., None])[..., 0]
+        a = np.empty_like(torques)
+        if not accelerations(Ms, biases, NODES.smooth, torques, np.empty_like(here.M), a):
+            raise SimulationError(
+                f"the mass matrix is not positive definite before t = {step.end:g} s"
+            )
         away = NODES.away(h, (q_0, v_0), (q_1, v_1), a)
         return Led(away, activation, tendon_length, here)
 
