@@ -36,10 +36,10 @@ KEPT, SLOW = 10, 6
 
 
 @kernel
-def begin_steps(table, grids, bins, pieces, start, begun, h):
+def begin_steps(table, grids, bins, pieces, found, start, begun, h):
     """Write what of a step of all muscles is the same in every iteration as `begun` (3, m): a at
     its end, l_t' at its start, and a guess of l_t."""
-    tables = MuscleTables(table, PackedCurves(grids, bins, pieces))
+    tables = MuscleTables(table, PackedCurves(grids, bins, pieces), found)
     for i in range(start.shape[1]):
         begun[0, i], begun[1, i], begun[2, i] = begun_step(
             tables, i, start[0, i], start[1, i], start[2, i], start[3, i], start[4, i], h
@@ -64,16 +64,15 @@ def end_steps(tables, start, begun, trial, r, torque, h):
 
 
 @kernel
-def steps_on_frames(table, grids, bins, pieces, start, begun, trial, r, torque, h):
+def steps_on_frames(table, grids, bins, pieces, found, start, begun, trial, r, torque, h):
     """`end_steps`, where l, l' and r are known already."""
-    return end_steps(
-        MuscleTables(table, PackedCurves(grids, bins, pieces)), start, begun, trial, r, torque, h
-    )
+    tables = MuscleTables(table, PackedCurves(grids, bins, pieces), found)
+    return end_steps(tables, start, begun, trial, r, torque, h)
 
 
 @kernel
 def unified_step(
-    table, grids, bins, pieces, joints, parents, rotations, offsets, reference, positions,
+    table, grids, bins, pieces, found, joints, parents, rotations, offsets, reference, positions,
     links, starts, bent, rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors,
     factor_starts, integers, numbers, start, begun, trial, r, torque, q, v, h,
 ):  # fmt: skip
@@ -84,7 +83,7 @@ def unified_step(
     first muscle whose step failed, or -1.
     """
     # Handed over from Python as a tuple they would take a microsecond more.
-    tables = MuscleTables(table, PackedCurves(grids, bins, pieces))
+    tables = MuscleTables(table, PackedCurves(grids, bins, pieces), found)
     l, l_rate = trial[2], trial[3]
     failed = tree_geometry(
         joints, parents, rotations, offsets, reference, positions, links, starts, bent,
@@ -118,7 +117,7 @@ def laws_of(model: MusculoskeletalModel) -> tuple[np.ndarray, ...]:
     Copies, because numba takes 0.2 us longer over every array that is read-only.
     """
     tables = model.muscles.tables
-    return tuple(array.copy() for array in (tables.table, *tables.curves))
+    return tuple(array.copy() for array in (tables.table, *tables.curves, tables.found))
 
 
 def advancing(model: MusculoskeletalModel, laws: tuple[np.ndarray, ...], room: StepRoom) -> Advance:

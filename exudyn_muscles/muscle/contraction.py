@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 
-from ..numerics.curves import evaluate
+from ..numerics.curves import is_in, piece_at, polynomial
 from ..numerics.kernel import kernel
 from .force_velocity import load_of_velocity, velocity_of_load
 from .parameters import (
@@ -55,12 +55,20 @@ CONVERGED = 1e-5  # last correction of it: the next one would be its cube
 
 
 @kernel(inline=True)
+def curve_at(tables, i, column, x):
+    """Value, slope and curvature at `x` of the muscle's curve in this column."""
+    pieces, k = tables.curves.pieces, tables.found[i, column - F_L]
+    if not is_in(pieces, k, x):
+        k = piece_at(tables.curves, int(tables.table[i, column]), x)
+        tables.found[i, column - F_L] = k
+    return polynomial(pieces, k, x)
+
+
+@kernel(inline=True)
 def tendon(tables, i, l_t):
     """f_SE at the tendon length `l_t`, and its derivative [1/m]."""
     per_stretch = tables.table[i, PER_STRETCH]
-    f, slope, _ = evaluate(
-        tables.curves, int(tables.table[i, F_SE]), l_t * per_stretch - tables.table[i, PER_E]
-    )
+    f, slope, _ = curve_at(tables, i, F_SE, l_t * per_stretch - tables.table[i, PER_E])
     return f, slope * per_stretch
 
 
@@ -90,7 +98,7 @@ def fiber_velocity(tables, i, a, f_l, load):
     if beta == 0.0:
         per_capacity = 1.0 / capacity
         f_v = load * per_capacity
-        v_s, slope, _ = evaluate(tables.curves, int(tables.table[i, INVERSE_F_V]), f_v)
+        v_s, slope, _ = curve_at(tables, i, INVERSE_F_V, f_v)
         v = s * v_s
         v_load = s * slope * per_capacity
     else:
@@ -106,13 +114,12 @@ def damped_velocity(tables, i, s, capacity, load):
     """The v at which capacity f_v(v / s) + beta v is the load, f_v and its slope there:
     Chebyshev's third-order method in a bracket."""
     beta = tables.table[i, BETA] * s
-    at = int(tables.table[i, F_V])
     # The undamped velocity, damped by the slope that f_v has on average: good at both extremes.
-    w = evaluate(tables.curves, int(tables.table[i, INVERSE_F_V]), load / (capacity + beta))[0]
+    w = curve_at(tables, i, INVERSE_F_V, load / (capacity + beta))[0]
     low, high = -math.inf, math.inf
     f_v, slope = 0.0, 0.0
     for _ in range(ITERATIONS):
-        f_v, slope, curvature = evaluate(tables.curves, at, w)
+        f_v, slope, curvature = curve_at(tables, i, F_V, w)
         error = capacity * f_v + beta * w - load
         if error > 0.0:
             high = w
@@ -145,8 +152,8 @@ def tendon_rate(tables, i, a, l_t, l, l_rate):
         p, moves = tables.table[i, P_MIN], 0.0
     l_m, per_cos, cos_p = fiber(tables, i, p)
     x = l_m * tables.table[i, PER_L_M0]
-    f_l, f_l_x, _ = evaluate(tables.curves, int(tables.table[i, F_L]), x)
-    f_PE, f_PE_x, _ = evaluate(tables.curves, int(tables.table[i, F_PE]), x)
+    f_l, f_l_x, _ = curve_at(tables, i, F_L, x)
+    f_PE, f_PE_x, _ = curve_at(tables, i, F_PE, x)
     v, v_a, v_fl, v_load = fiber_velocity(tables, i, a, f_l, f * per_cos - f_PE)
     cos_p *= per_cos
     v_p = (v_fl * f_l_x - v_load * f_PE_x) * tables.table[i, PER_L_M0] / per_cos
@@ -232,8 +239,8 @@ def fiber_force(tables, i, a, x, v):
     """Fibre force over F0 at normalised length and velocity; derivatives to a, x and v."""
     r, beta = tables.table[i, V_REST], tables.table[i, BETA]
     s = r + (1.0 - r) * a
-    f_l, f_l_x, _ = evaluate(tables.curves, int(tables.table[i, F_L]), x)
-    f_PE, f_PE_x, _ = evaluate(tables.curves, int(tables.table[i, F_PE]), x)
+    f_l, f_l_x, _ = curve_at(tables, i, F_L, x)
+    f_PE, f_PE_x, _ = curve_at(tables, i, F_PE, x)
     if tables.table[i, FORM] != 0.0:
         f, f_capacity, f_v = load_of_velocity(
             tables.table[i, FORM], tables.table[i, AF], tables.table[i, FLEN], beta, a * f_l, v / s
@@ -244,7 +251,7 @@ def fiber_force(tables, i, a, x, v):
             a * f_l_x * f_capacity + f_PE_x,
             f_v / s,
         )
-    f_v, slope, _ = evaluate(tables.curves, int(tables.table[i, F_V]), v / s)
+    f_v, slope, _ = curve_at(tables, i, F_V, v / s)
     return (
         a * f_l * f_v + f_PE + beta * v,
         f_l * (f_v - a * slope * v / (s * s) * (1.0 - r)),

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ParameterError
-from ..numerics.curves import evaluate
 from ..numerics.kernel import kernel
 from .activation import activation_rate
 from .arguments import as_rows, check_range
-from .contraction import fiber, fiber_force, pull, stopped_rate, tendon_force
+from .contraction import curve_at, fiber, fiber_force, pull, stopped_rate, tendon_force
 from .parameters import (
     ACTIVATION,
     ALONG,
@@ -80,13 +79,13 @@ def dynamics(tables, a, l_t, l, l_rate, u, rows):
         p = max(l[i] - l_t[i], tables.table[i, P_MIN])
         l_m, per_cos, _ = fiber(tables, i, p)
         x = l_m * tables.table[i, PER_L_M0]
-        f_l = evaluate(tables.curves, int(tables.table[i, F_L]), x)[0]
-        f_PE = evaluate(tables.curves, int(tables.table[i, F_PE]), x)[0]
+        f_l = curve_at(tables, i, F_L, x)[0]
+        f_PE = curve_at(tables, i, F_PE, x)[0]
         stopped, l_t_rate, _, _, _, _ = stopped_rate(tables, i, a[i], l_t[i], l[i], l_rate[i])
         share = 1.0 if tables.table[i, ALONG] else per_cos
         v = (l_rate[i] - l_t_rate) / (share * tables.table[i, V_M])
         s = tables.table[i, V_REST] + (1.0 - tables.table[i, V_REST]) * a[i]
-        f_v = evaluate(tables.curves, int(tables.table[i, F_V]), v / s)[0]
+        f_v = curve_at(tables, i, F_V, v / s)[0]
         F, _, F_t, _, _ = pull(tables, i, a[i], l_t[i], l[i], l_rate[i])
         rows[0, i], rows[11, i] = F, np.inf if tables.table[i, RIGID] else F_t
         rows[1, i], rows[2, i] = l_m, v * tables.table[i, V_M]
@@ -127,12 +126,10 @@ def rigid_active_forces(tables, l, l_rate, F):
         F[i] = 0.0
         if p > tables.table[i, P_MIN]:
             l_m, per_cos, _ = fiber(tables, i, p)
-            f_l = evaluate(
-                tables.curves, int(tables.table[i, F_L]), l_m * tables.table[i, PER_L_M0]
-            )[0]
+            f_l = curve_at(tables, i, F_L, l_m * tables.table[i, PER_L_M0])[0]
             share = 1.0 if tables.table[i, ALONG] else per_cos
             v = l_rate[i] / (share * tables.table[i, V_M])
-            f_v = evaluate(tables.curves, int(tables.table[i, F_V]), v)[0]
+            f_v = curve_at(tables, i, F_V, v)[0]
             F[i] = tables.table[i, F_0] * f_l * f_v / per_cos
 
 

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     F_SE, COLUMNS,
 ) = range(27)  # fmt: skip
 
+CURVES = slice(F_L, COLUMNS)
+
 NO_CURVE = Curve.line(0.0, 0.0)  # kernels get at least one
 
 # Fibres without a damper divide by the activation.
@@ -51,10 +53,14 @@ class MuscleTables(NamedTuple):
         Parameters, a muscle in a row.
     curves : PackedCurves
         The curves of all laws in use.
+    found : (m, 5) ndarray of int
+        In which piece of each of its curves a muscle was found last: where it is looked for first,
+        which a processor does while `x` is still to be computed. No number depends on it.
     """
 
     table: np.ndarray
     curves: PackedCurves
+    found: np.ndarray
 
 
 # Lowest and highest allowed value and unit of every parameter.
@@ -226,7 +232,7 @@ class MuscleSet:
     ----------
     names : tuple of str
     tables : MuscleTables
-        As the compiled kernels use them; its arrays are read-only.
+        As the compiled kernels use them; what numbers depend on is read-only.
 
     Raises
     ------
@@ -244,7 +250,10 @@ class MuscleSet:
         rows = [_row(muscle, numbers) for muscle in self._muscles]
         table = np.array(rows).reshape(-1, COLUMNS)
         table.setflags(write=False)
-        self.tables = MuscleTables(table, pack(list(numbers) or [NO_CURVE]))
+        curves = pack(list(numbers) or [NO_CURVE])
+        first = curves.bins[curves.grids[:, 3].astype(int)]
+        found = first[table[:, CURVES].astype(int)]
+        self.tables = MuscleTables(table, curves, found)
 
     def __len__(self) -> int:
         return len(self._muscles)

@@ -1,4 +1,4 @@
-"""Cholesky factorization within kernels, of matrices too small for a call of LAPACK to be worth it."""
+"""Cholesky factorization within kernels, of matrices for which a call of LAPACK takes longer."""
 
 from __future__ import annotations
 

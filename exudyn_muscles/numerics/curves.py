@@ -166,6 +166,8 @@ class Curve:
             k = bins[np.where(place > 0.0, np.minimum(place, count), 0.0).astype(int)]
             while (beyond := places >= pieces[k, END]).any():
                 k = k + beyond
+            while (before := places < pieces[k - 1, END]).any():
+                k = k - before
             t = places - pieces[k, ORIGIN]
             c = np.moveaxis(pieces[k, COEFFICIENTS], -1, 0)
             tt = t * t
@@ -268,6 +270,12 @@ def _values(function: Callable, x: np.ndarray, name: str) -> np.ndarray:
 @kernel(inline=True)
 def evaluate(curves, curve, x):
     """Value, slope and curvature at `x` of a curve by its number."""
+    return polynomial(curves.pieces, piece_at(curves, curve, x), x)
+
+
+@kernel(inline=True)
+def piece_at(curves, curve, x):
+    """The piece in which `x` is."""
     grids, bins, pieces = curves
     place = x * grids[curve, 0] + grids[curve, 1]
     count = grids[curve, 2]
@@ -279,6 +287,20 @@ def evaluate(curves, curve, x):
     k = bins[b]
     while x >= pieces[k, 7]:
         k += 1
+    while x < pieces[k - 1, 7]:  # a bin further, by rounding
+        k -= 1
+    return k
+
+
+@kernel(inline=True)
+def is_in(pieces, k, x):
+    """Whether `x` is in the piece `k`; the last piece of the curve before has no end."""
+    return not (x >= pieces[k, 7] or x < pieces[k - 1, 7])
+
+
+@kernel(inline=True)
+def polynomial(pieces, k, x):
+    """Value, slope and curvature at `x` of the piece `k`."""
     t = x - pieces[k, 0]
     c_1, c_2, c_3 = pieces[k, 2], pieces[k, 3], pieces[k, 4]
     c_4, c_5 = pieces[k, 5], pieces[k, 6]

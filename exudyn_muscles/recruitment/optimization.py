@@ -67,7 +67,10 @@ class Recruiter:
         weights: ArrayLike = 1.0,
         problem_of: Callable[[Demand], ScaledProblem] = ScaledProblem,
     ) -> None:
-        self._ask, self._problem_of = partial(ask, SOLVERS[solver], OF_SOLVER[solver]), problem_of
+        solvers = [SOLVERS[solver]]
+        if solver is Solver.DAQP:
+            solvers.insert(0, _from_bounds)
+        self._ask, self._problem_of = partial(ask, solvers, OF_SOLVER[solver]), problem_of
         self._weights = np.sqrt(np.asarray(weights) / np.min(weights))
 
     def solve(self, demand: Demand) -> Recruitment:
@@ -166,7 +169,7 @@ def _ask_osqp(problem: Program) -> Answer:
     return None if solution.x is None or solution.y is None else (solution.x, solution.y)
 
 
-SOLVERS = {Solver.DAQP: (_from_bounds, _ask_daqp), Solver.OSQP: (_ask_osqp,)}
+SOLVERS = {Solver.DAQP: _ask_daqp, Solver.OSQP: _ask_osqp}
 # The residual up to which its answer is taken. That of DAQP is rounding, below 1e-13; where it is
 # not, at the very edge of what is within reach, `nearest` is a million times as exact.
 OF_SOLVER = {Solver.DAQP: 1e-10, Solver.OSQP: ACCEPTED}

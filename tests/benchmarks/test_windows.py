@@ -33,7 +33,10 @@ def cost(units, states, tolerance, integrator):
     mesh, end = np.empty((1, COPIES, MAX_STEPS)), np.empty((4, 1, COPIES))
     times, forces = [], []
     for i, state in enumerate(states.T):
-        copies = units._replace(table=np.repeat(units.table[i : i + 1], COPIES, axis=0))
+        copies = units._replace(
+            table=np.repeat(units.table[i : i + 1], COPIES, axis=0),
+            found=np.repeat(units.found[i : i + 1], COPIES, axis=0),
+        )
         a, l_t, u, *ends = (np.full(COPIES, x) for x in state)
         best = np.inf
         for _ in range(3):
@@ -112,7 +115,7 @@ def test_cost_of_a_window(kind, capsys):
                 for name, own in parts.items():
                     part = times[own], forces[own], ends[:, own], F0[own], tolerance
                     print(line(integrator.name.lower() + name, *part))
-            sparse = units._replace(table=units.table[::EACH])
+            sparse = units._replace(table=units.table[::EACH], found=units.found[::EACH].copy())
             times, forces = cost_of_solve_ivp(sparse, states[:, ::EACH], tolerance)
             part = ends[:, ::EACH], F0[::EACH], tolerance
             print(line("solve_ivp, Radau", times, forces, *part))

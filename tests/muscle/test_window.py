@@ -16,6 +16,7 @@ import exudyn_muscles as em
 from exudyn_muscles.muscle import window as kernels
 from exudyn_muscles.muscle.course import LEAST_STIFFNESS, MAX_STEPS
 from exudyn_muscles.muscle.parameters import PER_STRETCH
+from exudyn_muscles.numerics.curves import END
 
 from ..differences import difference
 from ..zoo import LAWS
@@ -154,6 +155,19 @@ def test_same_bits_twice_and_muscle_by_muscle(integrator):
     for k in range(0, len(muscles), 50):
         alone = integrate(em.MuscleSet([list(muscles)[k]]), states[:, k : k + 1], integrator)
         assert [float(x[0]) for x in alone] == [float(x[k]) for x in first]
+
+
+@EITHER_INTEGRATOR
+@pytest.mark.parametrize("seed", range(3))
+def test_same_bits_wherever_curves_were_looked_at_last(integrator, seed):
+    muscles, states, _ = load("ordinary")
+    once = integrate(muscles, states, integrator)
+    curves, found = muscles.tables.curves, muscles.tables.found
+    last = np.flatnonzero(np.isnan(curves.pieces[:, END]))  # of each curve
+    first, curve = np.append(0, last + 1), np.searchsorted(last, found)
+    found[:] = np.random.default_rng(seed).integers(first[curve], last[curve] + 1)
+    for one, other in zip(once, integrate(muscles, states, integrator), strict=True):
+        assert one.tobytes() == other.tobytes()
 
 
 def test_steps_are_returned():

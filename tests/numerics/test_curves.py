@@ -7,7 +7,16 @@ from hypothesis import strategies as st
 
 from exudyn_muscles.errors import ParameterError
 from exudyn_muscles.numerics import curves
-from exudyn_muscles.numerics.curves import COEFFICIENTS, END, ORIGIN, Curve, evaluate, pack
+from exudyn_muscles.numerics.curves import (
+    COEFFICIENTS,
+    END,
+    ORIGIN,
+    Curve,
+    evaluate,
+    is_in,
+    pack,
+    piece_at,
+)
 
 # Function, derivative, range.
 SMOOTH = {
@@ -145,6 +154,21 @@ def test_compiled_evaluation_is_the_piece_of_x(number, x):
     assert slope == pytest.approx(polynomial.deriv()(t), abs=1e-12 * (1.0 + abs(piece[2])))
     bend = polynomial.deriv(2)(t)
     assert curvature == pytest.approx(bend, abs=1e-11 * (1.0 + abs(2.0 * piece[3])))
+
+
+@given(
+    number=st.integers(0, len(CURVES) - 1),
+    x=st.floats(-1e6, 1e6) | st.floats(-5.0, 5.0),
+    aside=st.integers(-2, 2),
+)
+def test_a_piece_is_found_or_known_at_once(number, x, aside):
+    """Also within rounding of where one begins, which bins may tell apart otherwise."""
+    first = np.flatnonzero(np.isnan(PACKED.pieces[:, END]))
+    rows = range(first[number - 1] + 1 if number else 0, first[number] + 1)
+    origin = PACKED.pieces[rows[abs(int(x)) % len(rows)], ORIGIN]
+    for place in (x, np.nextafter(origin, origin + aside), np.inf * np.sign(x or 1.0)):
+        found = piece_at(PACKED, number, place)
+        assert [k for k in rows if is_in(PACKED.pieces, k, place)] == [found]
 
 
 @pytest.mark.parametrize("x", [-np.inf, np.inf])

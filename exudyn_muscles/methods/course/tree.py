@@ -36,7 +36,7 @@ INNER_VALUE, INNER_SLOPE = hermite(INNER)
 
 @kernel
 def tree_course(
-    table, grids, bins, pieces, joints, parents, rotations, offsets, reference, positions,
+    table, grids, bins, pieces, found, joints, parents, rotations, offsets, reference, positions,
     links, starts, bent, rules, path_grids, path_bins, path_pieces, wraps, wrap_starts, factors,
     factor_starts, integers, numbers, times, q, v, u, states, lengths, r, mesh, F, torques,
 ):  # fmt: skip
@@ -48,7 +48,7 @@ def tree_course(
     between them their `torques` (k - 2, N), with `r` (m, N) and `mesh` for the work. Returns -1,
     the first muscle i that found no way, or m + i for one that could not be integrated.
     """
-    tables = MuscleTables(table, PackedCurves(grids, bins, pieces))
+    tables = MuscleTables(table, PackedCurves(grids, bins, pieces), found)
     m, last = u.size, times.size - 1
     for k in range(last + 1):
         before, inner = max(k - 1, 0), 0 < k < last
@@ -102,7 +102,7 @@ class TreeCourse:
     def __init__(self, model: MusculoskeletalModel, skeleton: Skeleton) -> None:
         tables, m = model.muscles.tables, len(model.muscles)
         # Copies, because numba takes 0.2 us longer over every array that is read-only.
-        laws = (array.copy() for array in (tables.table, *tables.curves))
+        laws = (array.copy() for array in (tables.table, *tables.curves, tables.found))
         self._tables = (*laws, *geometry_tables(skeleton.tree, model.paths))
         self._arms = np.empty((m, skeleton.width))  # room for those of a node
         self._model, self._skeleton, self.size = model, skeleton, len(skeleton)
