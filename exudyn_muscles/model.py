@@ -63,8 +63,8 @@ class MusculoskeletalModel:
     loops : Loops or None
     reserves : tuple of Reserve, PointActuator, TorqueActuator or PathActuator
     columns : callable
-        q (N,) -> S (N, r): what a unit of each ideal actuator is on every coordinate of the tree;
-        of any other system its pose -> S.
+        q (..., N) -> S (..., N, r): what a unit of each ideal actuator is on every coordinate of
+        the tree; of any other system its pose -> S.
     geometry : callable
         (q, q'), each (n,) -> Geometry with l, l', r and S.
     loads : callable or None

@@ -92,6 +92,8 @@ class ConsistentState(CoupledState):
         What the steps before ask to be added to the demanded acceleration.
     errors : (2, n) ndarray
         e, e' at the start of the step.
+    fastest : float
+        With how much the skeleton may swing at the start of the run [rad/s].
     """
 
     begun: Any = field(init=False, metadata=HANDED_ON)
@@ -105,6 +107,7 @@ class ConsistentState(CoupledState):
     asked: tuple[np.ndarray, np.ndarray] | None = None
     estimated: np.ndarray = field(init=False, metadata=HANDED_ON)
     errors: np.ndarray = field(init=False, metadata=HANDED_ON)
+    fastest: float = field(init=False)
 
 
 class ConsistentScheme(FullScheme[ConsistentState]):
@@ -123,7 +126,7 @@ class ConsistentScheme(FullScheme[ConsistentState]):
             else SystemCourse(model, skeleton)
         )
 
-    def ready(self, step: float) -> None:
+    def ready(self, state: ConsistentState, step: float) -> None:
         settings = self.settings
         limit = self._kp * step**2
         if limit > HIGHEST_GAIN:
@@ -132,7 +135,7 @@ class ConsistentScheme(FullScheme[ConsistentState]):
                 "stable on all that was tried; lower kp, or take shorter steps",
                 StabilityWarning,
             )
-        swing = self._course.fastest() * step
+        swing = state.fastest * step
         if swing > HIGHEST_FREQUENCY:
             warn(
                 f"springs or contacts let the system swing with {swing / step:.3g} rad/s at the "
@@ -153,6 +156,7 @@ class ConsistentScheme(FullScheme[ConsistentState]):
         state.reserve, state.estimated = start.reserve, np.zeros(len(self.skeleton))
         state.response = np.eye(2 * len(self.skeleton))
         state.errors = self._errors(state, t)
+        state.fastest = self._course.fastest()
 
     def open_step(self, state: ConsistentState) -> None:
         super().open_step(state)

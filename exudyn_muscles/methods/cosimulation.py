@@ -138,7 +138,7 @@ class CosimulationPlugin(Plugin):
         return self.model.load(state.geometry, state.a, state.l_t, start.reserve)
 
     def ready(self, step: float) -> None:
-        self._scheme.ready(step)
+        self._scheme.ready(self.state, step)
 
     def open_step(self, t_0: float, t_1: float) -> None:
         state = self.state

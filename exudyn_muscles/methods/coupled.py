@@ -63,7 +63,7 @@ class CoupledScheme(ABC, Generic[S]):
         self.model, self.skeleton, self.settings = model, model.skeleton, settings
 
     @abstractmethod
-    def ready(self, step: float) -> None:
+    def ready(self, state: S, step: float) -> None:
         """See `Plugin`."""
 
     def begin(self, state: S, start: Started, t: float) -> None:

@@ -24,7 +24,7 @@ class FullScheme(CoupledScheme[S]):
         super().__init__(model, settings)
         self._demand_first = settings.first_iterate is FirstIterate.DEMAND
 
-    def ready(self, step: float) -> None:
+    def ready(self, state: S, step: float) -> None:
         """Any step will do."""
 
     def open_step(self, state: S) -> None:

@@ -16,7 +16,7 @@ class SimplifiedScheme(CoupledScheme[CoupledState]):
 
     feeds_back = False
 
-    def ready(self, step: float) -> None:
+    def ready(self, state: CoupledState, step: float) -> None:
         warn_of_instability(self.settings, step)
 
     def open_step(self, state: CoupledState) -> None:

@@ -158,8 +158,8 @@ class Plugin(Method):
             # What another run has left there must not be taken for this run's solver.
             held.keep(partial(put_back_solver, mbs, last_solver(mbs)))
             forget_solver(mbs)
-            load = self.begin(skeleton.q.copy(), skeleton.v.copy())
             mbs.systemData.SetTime(self.start_time)
+            load = self.begin(skeleton.q.copy(), skeleton.v.copy())
             skeleton.begin(load)
             held.keep(hooks.restore)
             hooks.install(self._own_hooks(hooks))

@@ -124,26 +124,39 @@ def compile_geometry(
     return geometry
 
 
+@kernel(allocates=True)
+def columns_of_each(joints, parents, rotations, offsets, reference, table, q, S):
+    """Write the `columns` S (k, N, r) at the coordinates `q` (k, N)."""
+    n = joints.size
+    R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
+    for k in range(q.shape[0]):
+        link_frames(joints, parents, rotations, offsets, reference, q[k], R, p, axes)
+        columns(joints, parents, R, p, axes, table, S[k])
+
+
 def compile_columns(tree: Tree, actuators: ActuatorTable) -> Callable[[np.ndarray], np.ndarray]:
-    """The function q (N,) -> S (N, r) of the actuators; raises WrappingError."""
+    """The function q (..., N) -> S (..., N, r) of the actuators; raises WrappingError."""
     table, paths, names = actuators
     shape = len(tree), len(table)
     if (table[:, KIND] == COORDINATE).all():
         constant = np.zeros(shape)
         constant[table[:, ON].astype(int), np.arange(len(table))] = 1.0
         constant.setflags(write=False)
-        return lambda q: constant
+        return lambda q: (
+            np.broadcast_to(constant, (*q.shape[:-1], *shape)) if q.ndim > 1 else constant
+        )
 
-    tables, (R, p, axes) = tree.tables(), tree_frames(tree, tree.reference)  # work space
+    tables = tree.tables()
     tension, along, rest = compile_geometry(tree, paths, names), actuators.along, tree.reference
     signs = actuators.signs
 
     def of_tree(q: np.ndarray) -> np.ndarray:
-        link_frames(*tables, q, R, p, axes)
-        S = np.empty(shape)
-        columns(tree.joints, tree.parents, R, p, axes, table, S)
+        each, S = q.reshape(-1, shape[0]), np.empty((*q.shape[:-1], *shape))
+        of_each = S.reshape(-1, *shape)
+        columns_of_each(*tables, table, each, of_each)
         if names:
-            S[:, along] = signs * tension(q, rest).moment_arms.T
+            for row, into in zip(each, of_each, strict=True):
+                into[:, along] = signs * tension(row, rest).moment_arms.T
         return S
 
     return of_tree

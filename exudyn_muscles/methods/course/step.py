@@ -29,7 +29,7 @@ class Step(NamedTuple):
 
     def reserves_at(self, s: np.ndarray) -> np.ndarray:
         """Forces (k, r) of the ideal actuators at parts `s` (k,) of the step."""
-        return np.outer(1.0 - s, self.reserves[0]) + np.outer(s, self.reserves[1])
+        return (1.0 - s)[:, None] * self.reserves[0] + s[:, None] * self.reserves[1]
 
 
 class Led(NamedTuple):

@@ -166,7 +166,7 @@ class TreeCourse:
             check_integrated(failed - u.size, step.window)
         held = step.reserves_at(NODES.s)
         if held.size:
-            torques += [self._model.columns(x) @ f for x, f in zip(q, held[1:-1], strict=True)]
+            torques += np.matmul(self._model.columns(q), held[1:-1, :, None])[..., 0]
         first, last = (step.geometry[k].torque(forces[k], held[k]) for k in (0, -1))
         return MuscleCourse(np.vstack([first, reduced(torques), last]), *states)
 
