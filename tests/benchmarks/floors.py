@@ -9,12 +9,12 @@ of a call, the least of many, and iterations; asserts nothing.
 import warnings
 from time import process_time
 
-import daqp
 import numpy as np
 
 import exudyn_muscles as em
 from exudyn_muscles.methods import unified
 from exudyn_muscles.recruitment import optimization
+from exudyn_muscles.recruitment.program import Program
 from exudyn_muscles.skeleton import skeleton as skeletons
 
 from .timed import FILES, SETUPS
@@ -53,29 +53,37 @@ def evaluations(model, motion):
 
 
 def iterations(model, setup):
-    """Rows of iterations: of Newton's method in CMC, and of DAQP in CSF."""
-
-    def cmc():
-        counts = em.computed_muscle_control(model, setup.motion, settings=setup.settings).counts
-        return counts.newton_iterations / counts.steps
-
-    usual, solve, marks = unified.KEPT, daqp.solve, (optimization.AT_HIGH, optimization.AT_LOW)
+    """Rows of iterations of Newton's method in CMC."""
+    usual = unified.KEPT
     for kept in (1, usual):
         unified.KEPT = kept
-        yield f"Newton's a step of CMC, slopes kept for {kept}", cmc()
+        counts = em.computed_muscle_control(model, setup.motion, settings=setup.settings).counts
+        yield (
+            f"Newton's a step of CMC, slopes kept for {kept}",
+            counts.newton_iterations / counts.steps,
+        )
     unified.KEPT = usual
-    for label, (high, low) in (("from nowhere", (0, 0)), ("from the step before", marks)):
-        found = []
 
-        def counted(*arguments, found=found, **options):
-            answer = solve(*arguments, **options)
-            found.append(answer[3]["iterations"])
-            return answer
 
-        optimization.AT_HIGH, optimization.AT_LOW, daqp.solve = high, low, counted
-        em.cosimulate(model, setup.motion, settings=setup.cosimulation(em.Scheme.FULL))
-        yield f"DAQP's a recruitment of CSF, {label}", np.mean(found)
-    daqp.solve = solve
+def recruitments(model, setup):
+    """Rows of what the quadratic programs of a run of CSF take."""
+    programs, usual = [], optimization.from_bounds
+
+    def kept(*program):
+        programs.append([np.array(x) for x in program])
+        return usual(*program)
+
+    optimization.from_bounds = kept
+    em.cosimulate(model, setup.motion, settings=setup.cosimulation(em.Scheme.FULL))
+    optimization.from_bounds = usual
+    each = [Program(np.eye(x[2].size), np.zeros(x[2].size), *x[:4]) for x in programs]
+    for label, solve, given in (
+        ("DAQP, from nowhere", optimization.SOLVERS[em.Solver.DAQP], [(x,) for x in each]),
+        ("from the bounds of the step before", usual, programs),
+    ):
+        solve(*given[0])
+        costs = [microseconds(lambda x=x, solve=solve: solve(*x)) for x in given]
+        yield f"quadratic program of CSF, {label}", np.mean(costs)
 
 
 def main():
@@ -85,6 +93,8 @@ def main():
     setup = em.opensim.load_setup(CASE.folder / CASE.setup, **CASE.span)
     print("| gait2354 | us |\n|---|---|")
     for label, cost in evaluations(setup.model, setup.motion):
+        print(f"| {label} | {cost:.1f} |")
+    for label, cost in recruitments(setup.model, setup):
         print(f"| {label} | {cost:.1f} |")
     print("\n| iterations | |\n|---|---|")
     for label, number in iterations(setup.model, setup):
