@@ -54,7 +54,8 @@ def whole_matrix(method: Method, skeleton: TreeRows) -> Callable[..., bool]:
         mass, dq, dv = newton_factors(solver)
         slopes, exact = method.slopes(skeleton), nothing
         if slopes is not None:
-            exact = skeleton.reduced_rows(skeleton.rows_of_tree(slopes, mass, dq, dv))
+            M = np.asarray(solver.GetSystemMassMatrix())  # of the residual at this iterate
+            exact = skeleton.reduced_rows(mass * M - dq * slopes.stiffness - dv * slopes.damping)
         wanted = method.jacobian(exact, mass, dq, dv)
         solver.SetSystemJacobian(skeleton.all_rows(wanted))
         return True

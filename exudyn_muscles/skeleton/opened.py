@@ -151,18 +151,14 @@ class Opened:
 
     def dynamics(self) -> Assembled:
         """The equations without `apply`'s torques at the system's current state."""
-        M = self.mass_matrix()
+        self._solver.ComputeMassMatrix(self._mbs)
+        M = np.asarray(self._solver.GetSystemMassMatrix()[self.rows, self.rows])
         self._solver.ComputeODE2RHS(self._mbs)
         bias = self.total - self._user_torque - self._solver.GetSystemResidual()[self.rows]
         if self._carried is None:
             return Assembled(M, bias, None)
         carried = self._carried_here().copy()
         return Assembled(M, bias - carried, carried)
-
-    def mass_matrix(self) -> np.ndarray:
-        """M (N, N) at the current state."""
-        self._solver.ComputeMassMatrix(self._mbs)
-        return np.asarray(self._solver.GetSystemMassMatrix()[self.rows, self.rows])
 
     def slopes(self) -> ForceSlopes:
         """Those of the forces at the current state, with torques held."""

@@ -52,10 +52,6 @@ class TreeRows(ExudynSkeleton):
         """Those of the forces at the current state."""
         return self._opened.slopes()
 
-    def rows_of_tree(self, slopes: ForceSlopes, mass: float, dq: float, dv: float) -> np.ndarray:
-        """Exudyn's own rows with M at the current state and slopes of this or another one."""
-        return mass * self._opened.mass_matrix() - dq * slopes.stiffness - dv * slopes.damping
-
     def reduced_rows(self, exact: np.ndarray) -> np.ndarray:
         return self.basis.reduced_rows(self._opened, exact)
 
