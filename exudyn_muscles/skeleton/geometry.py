@@ -9,13 +9,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import WrappingError
-from ..forces.actuator_table import COORDINATE, KIND, ON, ActuatorTable, columns
-from ..forces.jacobian import generalized
+from ..forces.actuator_table import (
+    COORDINATE,
+    KIND,
+    ON,
+    ActuatorTable,
+    actuator_pulls,
+    columns,
+)
+from ..forces.jacobian import add_generalized, generalized
 from ..numerics.curves import PackedCurves
 from ..numerics.kernel import kernel
 from ..path.geometry import path_geometry, space_for
 from ..path.lines import lines
 from ..path.paths import Paths
+from ..path.pulls import FORCE
 from .tree import Tree, link_frames, tree_frames
 
 FRAME = 15  # numbers of a link's orientation, position and joint axis
@@ -44,12 +52,14 @@ class Mounted(NamedTuple):
     """Muscles and actuators on a skeleton.
 
     `geometry` takes a `place` and returns a Geometry; `columns` takes what the loads are written
-    at, the tree's q or a system's pose, and returns S (width, r) of the actuators. `loads` of a
+    at, the tree's q or a system's pose, and returns S (width, r) of the actuators. `torques` takes
+    k places and forces (m + r,) and returns what these are on the coordinates (k, n). `loads` of a
     system takes its pose and returns l, l' (m,) and what unit forces are (m + r, width).
     """
 
     geometry: Callable[..., Geometry]
     columns: Callable[[Any], np.ndarray]
+    torques: Callable[[Sequence[tuple], np.ndarray], np.ndarray]
     loads: Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]] | None = None
 
 
@@ -84,6 +94,56 @@ def tree_geometry(
     return -1
 
 
+@kernel
+def add_path_torques(
+    joints, parents, rotations, offsets, reference, positions, links, starts, bent, rules,
+    grids, bins, pieces, wraps, wrap_starts, factors, factor_starts, integers, numbers, forces, l,
+    q, torques,
+):  # fmt: skip
+    """Add what tensions (m,) along the paths are at the coordinates `q` (k, n) to torques (k, n).
+
+    Returns the first state and path for which no geodesic was found, or -1; l (m,) is room, the
+    rest as of `tree_geometry`.
+    """
+    paths = Paths(
+        positions, links, starts, bent, rules, PackedCurves(grids, bins, pieces), wraps,
+        wrap_starts, factors, factor_starts,
+    )  # fmt: skip
+    n = joints.size
+    R, p = numbers[: 9 * n].reshape((n, 3, 3)), numbers[9 * n : 12 * n].reshape((n, 3))
+    axes = numbers[12 * n : FRAME * n].reshape((n, 3))
+    for k in range(q.shape[0]):
+        link_frames(joints, parents, rotations, offsets, reference, q[k], R, p, axes)
+        pulls, failed = path_geometry(paths, R, p, q[k], integers, numbers[FRAME * n :], l)
+        if failed >= 0:
+            return k, failed
+        add_pulls(joints, parents, p, axes, pulls, forces, torques[k])
+    return -1, -1
+
+
+@kernel(allocates=True)
+def add_actuator_torques(joints, parents, rotations, offsets, reference, table, forces, q, torques):
+    """Add what forces (r,) of actuators are at the coordinates `q` (k, n) to torques (k, n), but
+    for those along paths."""
+    n = joints.size
+    R, p, axes = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
+    for k in range(q.shape[0]):
+        link_frames(joints, parents, rotations, offsets, reference, q[k], R, p, axes)
+        pulls = actuator_pulls(R, p, table)
+        add_pulls(joints, parents, p, axes, pulls, forces, torques[k])
+
+
+@kernel
+def add_pulls(joints, parents, p, axes, pulls, forces, Q):
+    """Add what the `Pulls` with these forces are to Q (n,); the pulls are changed."""
+    for i in range(forces.size):
+        for k in range(pulls.firsts[i], pulls.lasts[i]):
+            values = pulls.values[k]
+            for axis in range(FORCE, FORCE + 3):
+                values[axis] *= forces[i]
+            add_generalized(joints, parents, p, axes, pulls.kinds[k], pulls.numbers[k], values, Q)
+
+
 def geometry_tables(tree: Tree, paths: Paths) -> tuple[np.ndarray, ...]:
     """The arrays that `tree_geometry` takes before the state; the last two are its work space."""
     integers, numbers = space_for(paths)
@@ -108,13 +168,44 @@ def compile_geometry(
         l, l_t, r = np.empty(m), np.empty(m), np.empty((m, n))
         failed = tree_geometry(*tables, q, v, l, l_t, r)
         if failed >= 0:
-            raise WrappingError(
-                f"muscle '{muscles[failed]}': found no way over an ellipsoid at q = "
-                f"{np.array2string(q, precision=4)}; its line passes too near the center"
-            )
+            raise _no_way(muscles[failed], q)
         return Geometry(l, l_t, r)
 
     return geometry
+
+
+def _no_way(muscle: str, q: np.ndarray) -> WrappingError:
+    return WrappingError(
+        f"muscle '{muscle}': found no way over an ellipsoid at q = "
+        f"{np.array2string(q, precision=4)}; its line passes too near the center"
+    )
+
+
+def compile_torques(
+    tree: Tree, paths: Paths, muscles: Sequence[str], actuators: ActuatorTable
+) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+    """The function (q, forces) -> torques of the forces (m + r,) at coordinates (k, N), as (k, N);
+    raises WrappingError."""
+    links, m, (table, lines, names) = tree.tables(), len(muscles), actuators
+    along, signs = actuators.along, actuators.signs
+    of_muscles, length = geometry_tables(tree, paths), np.empty(m)
+    of_actuators, extent = geometry_tables(tree, lines), np.empty(len(names))
+
+    def torques(q: np.ndarray, forces: np.ndarray) -> np.ndarray:
+        found = np.zeros(q.shape)
+        state, failed = add_path_torques(*of_muscles, forces[:m], length, q, found)
+        if failed >= 0:
+            raise _no_way(muscles[failed], q[state])
+        if names:
+            tension = signs * forces[m:][along]
+            state, failed = add_path_torques(*of_actuators, tension, extent, q, found)
+            if failed >= 0:
+                raise _no_way(names[failed], q[state])
+        if len(table):
+            add_actuator_torques(*links, table, forces[m:], q, found)
+        return found
+
+    return torques
 
 
 def compile_columns(tree: Tree, actuators: ActuatorTable) -> Callable[[np.ndarray], np.ndarray]:

@@ -100,7 +100,10 @@ class GeneralSkeleton(ExudynSkeleton):
             pose, B, _ = there or self._place_at(q, v)[2:]
             return GeometryOnAll(*loads(pose), B)
 
-        return Mounted(geometry, lambda pose: loads(pose)[2][len(muscles) :].T, loads)
+        def torques(places: Sequence[tuple], forces: np.ndarray) -> np.ndarray:
+            return np.array([forces @ loads(pose)[2] @ B for _, _, pose, B, _ in places])
+
+        return Mounted(geometry, lambda pose: loads(pose)[2][len(muscles) :].T, torques, loads)
 
     @property
     def others(self) -> int:
