@@ -97,6 +97,17 @@ def unified_step(
     return end_steps(tables, start, begun, trial, r, torque, h)
 
 
+@kernel
+def subtract_slopes(r, F_l, F_v, dq, dv, columns, wanted):
+    """Subtract r^T diag(dq F_l + dv F_v) r in these columns of `wanted` (n, all)."""
+    for i in range(r.shape[0]):
+        slope = dq * F_l[i] + dv * F_v[i]
+        for j in range(r.shape[1]):
+            if r[i, j] != 0.0:
+                for k in range(r.shape[1]):
+                    wanted[j, columns[k]] -= r[i, j] * slope * r[i, k]
+
+
 class StepRoom(NamedTuple):
     """Where a step of m muscles on a tree of N coordinates is computed, as `unified_step` has it:
     `start` (5, m), `begun` (3, m), `trial` (6, m), `arms` r (m, N), `torque` (N,). N is the
@@ -268,8 +279,8 @@ class UnifiedPlugin(Plugin):
         # dF/dq = -F_l r and dF/dq' = -F_v r; how r changes matters little within a step.
         room = self.state.room
         r, F_l, F_v = self.skeleton.reduced(room.arms), room.trial[4], room.trial[5]
-        wanted = exact.copy()
-        wanted[:, self.skeleton.free] -= (r.T * (dq * F_l + dv * F_v)) @ r
+        wanted, columns = exact.copy(), np.arange(exact.shape[1])[self.skeleton.free]
+        subtract_slopes(r, F_l, F_v, dq, dv, columns, wanted)
         return wanted
 
     def slopes(self, tree: TreeRows) -> ForceSlopes | None:

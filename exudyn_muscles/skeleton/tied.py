@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import ParameterError
+from ..numerics.kernel import kernel
 from .geometry import Geometry
 from .opened import Assembled, Dynamics, Opened, agree
 from .state import State
@@ -64,7 +65,8 @@ class Tied(ABC):
 
     def __init__(self, free: np.ndarray, tied: np.ndarray) -> None:
         self.free, self.tied, self.size = free, tied, free.size + tied.size
-        self._torque = np.zeros(free.size)  # overwritten where the muscles' torques are set
+        # Overwritten where the muscles' torques are set.
+        self._torque, self._balance = np.zeros(free.size), np.empty(self.size)
 
     @abstractmethod
     def follow_from(
@@ -148,9 +150,8 @@ class Tied(ABC):
         R = self.follow(opened.state).R
         known = here.of_tree if isinstance(here, DynamicsOfTree) else opened.dynamics()
         M, bias, carried = known
-        balance = M @ opened.state.a + bias
-        balance[self.free] = self._torque - balance[self.tied] @ R[self.tied]
-        opened.apply(balance, carried)
+        hold_tied(self.free, self.tied, R, M, bias, opened.state.a, self._torque, self._balance)
+        opened.apply(self._balance, carried)
 
     def applied(self, opened: Opened) -> np.ndarray:
         return self._torque.copy()
@@ -159,18 +160,55 @@ class Tied(ABC):
         return covectors @ self.follow(opened.state).R
 
     def reduced_rows(self, opened: Opened, exact: np.ndarray) -> np.ndarray:
-        R = self.follow(opened.state).R
-        reduced = R.T @ exact
-        within = reduced[:, opened.rows] @ R
-        reduced[:, opened.rows] = 0.0
-        reduced[:, self.within(opened.rows)] = within
+        R, reduced = self.follow(opened.state).R, np.empty((self.free.size, exact.shape[1]))
+        reduce_rows(self.free, self.tied, R, opened.rows.start, exact, reduced)
         return reduced
 
     def all_rows(self, opened: Opened, wanted: np.ndarray) -> np.ndarray:
-        R = self.follow(opened.state).R
-        rows = np.zeros((self.size, wanted.shape[1]))
-        rows[self.free] = wanted
-        # dq_d = R_d dz
-        rows[self.tied, opened.rows.start + self.tied] = 1.0
-        rows[self.tied[:, None], self.within(opened.rows)] = -R[self.tied]
+        R, rows = self.follow(opened.state).R, np.zeros((self.size, wanted.shape[1]))
+        spread_rows(self.free, self.tied, R, opened.rows.start, wanted, rows)
         return rows
+
+
+@kernel
+def hold_tied(free, tied, R, M, bias, a, torque, balance):
+    """Write torques on all coordinates (N,) that hold the `tied` ones where they belong at
+    accelerations `a` (N,), and with it are `torque` (n,) on the `free` ones."""
+    for k in range(free.size):
+        balance[free[k]] = torque[k]
+    for d in tied:
+        balance[d] = bias[d]
+        for e in range(a.size):
+            balance[d] += M[d, e] * a[e]
+        for k in range(free.size):
+            balance[free[k]] -= balance[d] * R[d, k]
+
+
+@kernel
+def reduce_rows(free, tied, R, first, exact, reduced):
+    """Write the tree's rows (N, all) of a Newton matrix as those of z, over z (n, all); the tree's
+    columns begin with the one numbered `first`."""
+    for k in range(free.size):
+        for c in range(exact.shape[1]):
+            reduced[k, c] = exact[free[k], c]
+        for d in tied:
+            if R[d, k] != 0.0:
+                for c in range(exact.shape[1]):
+                    reduced[k, c] += R[d, k] * exact[d, c]
+        for d in tied:
+            for j in range(free.size):
+                reduced[k, first + free[j]] += reduced[k, first + d] * R[d, j]
+            reduced[k, first + d] = 0.0
+
+
+@kernel
+def spread_rows(free, tied, R, first, wanted, rows):
+    """Write rows (n, all) of z as those of the whole tree (N, all), which are zero before, with
+    dq_d = R_d dz."""
+    for k in range(free.size):
+        for c in range(wanted.shape[1]):
+            rows[free[k], c] = wanted[k, c]
+    for d in tied:
+        rows[d, first + d] = 1.0
+        for k in range(free.size):
+            rows[d, first + free[k]] = -R[d, k]
