@@ -65,8 +65,8 @@ class Tied(ABC):
 
     def __init__(self, free: np.ndarray, tied: np.ndarray) -> None:
         self.free, self.tied, self.size = free, tied, free.size + tied.size
-        # Overwritten where the muscles' torques are set.
-        self._torque, self._balance = np.zeros(free.size), np.empty(self.size)
+        # Overwritten where the muscles' torques are set, the accelerations there as well.
+        self._torque, self._balance, self._a = np.zeros(free.size), *np.zeros((2, self.size))
 
     @abstractmethod
     def follow_from(
@@ -150,7 +150,23 @@ class Tied(ABC):
         R = self.follow(opened.state).R
         known = here.of_tree if isinstance(here, DynamicsOfTree) else opened.dynamics()
         M, bias, carried = known
-        hold_tied(self.free, self.tied, R, M, bias, opened.state.a, self._torque, self._balance)
+        self._a[:] = opened.state.a
+        hold_tied(self.free, self.tied, R, M, bias, self._a, self._torque, self._balance)
+        opened.apply(self._balance, carried)
+
+    def apply_again(
+        self, opened: Opened, torque: np.ndarray, change: np.ndarray, lack: np.ndarray
+    ) -> None:
+        """M and H - Q are not asked for: at the iterate before Exudyn has found what the reactions
+        lacked there. What is wrong with them now it finds next, and `whole_matrix` lets nothing but
+        z feel it, as part of its own residual."""
+        self._torque[:] = torque
+        R, carried, a = self.follow(opened.state).R, opened.carried_here(), opened.state.a
+        hold_again(
+            self.free, self.tied, R, change, lack, a, self._a, opened.load, carried, self._torque,
+            self._balance,
+        )  # fmt: skip
+        self._a[:] = a
         opened.apply(self._balance, carried)
 
     def applied(self, opened: Opened) -> np.ndarray:
@@ -169,6 +185,11 @@ class Tied(ABC):
         spread_rows(self.free, self.tied, R, opened.rows.start, wanted, rows)
         return rows
 
+    def whole_matrix(self, opened: Opened, wanted: np.ndarray) -> np.ndarray:
+        R, matrix = self.follow(opened.state).R, np.zeros((self.size, self.size))
+        make_whole(self.free, self.tied, R, wanted, matrix)
+        return matrix
+
 
 @kernel
 def hold_tied(free, tied, R, M, bias, a, torque, balance):
@@ -180,6 +201,20 @@ def hold_tied(free, tied, R, M, bias, a, torque, balance):
         balance[d] = bias[d]
         for e in range(a.size):
             balance[d] += M[d, e] * a[e]
+        for k in range(free.size):
+            balance[free[k]] -= balance[d] * R[d, k]
+
+
+@kernel
+def hold_again(free, tied, R, change, lack, a, before, load, carried, torque, balance):
+    """Make of the `balance` at accelerations `before`, where `load` (N,) was carried and all forces
+    were `lack` (N,) short of M q'', about that at `a` where `carried` is."""
+    for k in range(free.size):
+        balance[free[k]] = torque[k]
+    for d in tied:
+        balance[d] += lack[d] + load[d] - carried[d]
+        for e in range(a.size):
+            balance[d] += change[d, e] * (a[e] - before[e])
         for k in range(free.size):
             balance[free[k]] -= balance[d] * R[d, k]
 
@@ -212,3 +247,16 @@ def spread_rows(free, tied, R, first, wanted, rows):
         rows[d, first + d] = 1.0
         for k in range(free.size):
             rows[d, first + free[k]] = -R[d, k]
+
+
+@kernel
+def make_whole(free, tied, R, wanted, matrix):
+    """Write the matrix (N, N), which is zero before, of rows (n, N) of z: whatever forces lack in
+    the rows of the `tied` is felt by z, and moves nothing else, as these follow anyway."""
+    for k in range(free.size):
+        for c in range(wanted.shape[1]):
+            matrix[free[k], c] = wanted[k, c]
+        for d in tied:
+            matrix[free[k], d] = -R[d, k]
+    for d in tied:
+        matrix[d, d] = 1.0
