@@ -138,7 +138,7 @@ def advancing(model: MusculoskeletalModel, laws: tuple[np.ndarray, ...], room: S
     With ideal actuators' forces (r,) and the step; it writes the room, its torque with theirs, and
     returns the first muscle whose step failed, or -1.
     """
-    skeleton, m = model.skeleton, len(model.muscles)
+    skeleton, m, torque = model.skeleton, len(model.muscles), room.torque
 
     if isinstance(skeleton, Skeleton):
         arguments = (*laws, *geometry_tables(skeleton.tree, model.paths), *room)
@@ -147,7 +147,7 @@ def advancing(model: MusculoskeletalModel, laws: tuple[np.ndarray, ...], room: S
             q, v = skeleton.tree_state()
             failed = unified_step(*arguments, q, v, h)
             if reserve.size:
-                room.torque[:] += model.columns(q) @ reserve
+                np.add(torque, model.columns(q) @ reserve, out=torque)
             return failed
 
         return on_a_tree
@@ -158,7 +158,7 @@ def advancing(model: MusculoskeletalModel, laws: tuple[np.ndarray, ...], room: S
     def on_frames(reserve: np.ndarray, h: float) -> int:
         room.trial[2], room.trial[3], loads = loads_of(skeleton.pose())
         room.arms[:] = loads[:m]
-        room.torque[:] = reserve @ loads[m:]
+        torque[:] = reserve @ loads[m:]
         return steps_on_frames(*laws, *room, h)
 
     return on_frames
@@ -260,9 +260,9 @@ class UnifiedPlugin(Plugin):
         if first.size:
             state.reserve_now = first + (t_1 - begun) / (end - begun) * (last - first)
         length, speed = state.geometry[:2]
-        for row, values in enumerate((state.a, state.l_t, u, length, speed)):
-            state.room.start[row] = values
-        begin_steps(*state.laws, state.room.start, state.room.begun, t_1 - t_0)
+        start = state.room.start
+        np.concatenate((state.a, state.l_t, u, length, speed), out=start.reshape(-1))
+        begin_steps(*state.laws, start, state.room.begun, t_1 - t_0)
 
     def torque(self, t: float, first: bool) -> np.ndarray:
         state, skeleton = self.state, self.skeleton
