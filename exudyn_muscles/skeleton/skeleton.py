@@ -288,8 +288,9 @@ class Skeleton(TreeRows):
         self._opened.contacts.settle()
 
     def _place(self, q: np.ndarray, v: np.ndarray, t: float) -> None:
-        state = self._opened.state
-        state.q[:], state.v[:] = self.state_of_tree(q, v)
+        coordinates, speeds, _ = self._opened.state.current
+        coordinates[self.free], speeds[self.free] = q, v
+        self.basis.state(self._opened)  # what depends on them follows
         self.mbs.systemData.SetTime(t)
 
     # In a run.
