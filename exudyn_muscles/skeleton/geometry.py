@@ -20,10 +20,13 @@ from ..forces.actuator_table import (
 from ..forces.jacobian import add_generalized, generalized
 from ..numerics.curves import PackedCurves
 from ..numerics.kernel import kernel
+from ..numerics.products import FACTOR_COORDINATE
 from ..path.geometry import path_geometry, space_for
 from ..path.lines import lines
+from ..path.paths import COORDINATE as RULE
 from ..path.paths import Paths
 from ..path.pulls import FORCE
+from ..path.surfaces import LINK
 from .tree import Tree, link_frames, tree_frames
 
 FRAME = 15  # numbers of a link's orientation, position and joint axis
@@ -83,7 +86,7 @@ def tree_geometry(
     R, p = numbers[: 9 * n].reshape((n, 3, 3)), numbers[9 * n : 12 * n].reshape((n, 3))
     axes = numbers[12 * n : FRAME * n].reshape((n, 3))
     link_frames(joints, parents, rotations, offsets, reference, q, R, p, axes)
-    pulls, failed = path_geometry(paths, R, p, q, integers, numbers[FRAME * n :], l)
+    pulls, failed = path_geometry(paths, None, R, p, q, integers, numbers[FRAME * n :], l)
     if failed >= 0:
         return failed
     generalized(joints, parents, p, axes, pulls, r)
@@ -97,27 +100,43 @@ def tree_geometry(
 @kernel
 def add_path_torques(
     joints, parents, rotations, offsets, reference, positions, links, starts, bent, rules,
-    grids, bins, pieces, wraps, wrap_starts, factors, factor_starts, integers, numbers, forces, l,
-    q, torques,
+    grids, bins, pieces, wraps, wrap_starts, factors, factor_starts, integers, numbers, crossed,
+    forces, wanted, l, first, q, torques,
 ):  # fmt: skip
     """Add what tensions (m,) along the paths are at the coordinates `q` (k, n) to torques (k, n).
 
-    Returns the first state and path for which no geodesic was found, or -1; l (m,) is room, the
-    rest as of `tree_geometry`.
+    A path is laid anew only where coordinates that it has `crossed` (m, n) are others than in the
+    first row. Returns the first row and path for which no geodesic was found, or -1. `wanted`, l
+    (m,) and what paths are in the `first` row (m, n) are room, the rest as of `tree_geometry`.
     """
     paths = Paths(
         positions, links, starts, bent, rules, PackedCurves(grids, bins, pieces), wraps,
         wrap_starts, factors, factor_starts,
     )  # fmt: skip
-    n = joints.size
+    n, m = joints.size, l.size
     R, p = numbers[: 9 * n].reshape((n, 3, 3)), numbers[9 * n : 12 * n].reshape((n, 3))
     axes = numbers[12 * n : FRAME * n].reshape((n, 3))
     for k in range(q.shape[0]):
         link_frames(joints, parents, rotations, offsets, reference, q[k], R, p, axes)
-        pulls, failed = path_geometry(paths, R, p, q[k], integers, numbers[FRAME * n :], l)
+        for i in range(m):
+            wanted[i] = k == 0
+        for j in range(n):
+            if q[k, j] != q[0, j]:
+                for i in range(m):
+                    wanted[i] |= crossed[i, j]
+        pulls, failed = path_geometry(paths, wanted, R, p, q[k], integers, numbers[FRAME * n :], l)
         if failed >= 0:
             return k, failed
-        add_pulls(joints, parents, p, axes, pulls, forces, torques[k])
+        for i in range(m):
+            if k == 0:
+                for j in range(n):
+                    first[i, j] = 0.0
+                add_pulls(joints, parents, p, axes, pulls, i, forces[i], first[i])
+            elif wanted[i]:
+                add_pulls(joints, parents, p, axes, pulls, i, forces[i], torques[k])
+                continue
+            for j in range(n):
+                torques[k, j] += first[i, j]
     return -1, -1
 
 
@@ -130,18 +149,19 @@ def add_actuator_torques(joints, parents, rotations, offsets, reference, table, 
     for k in range(q.shape[0]):
         link_frames(joints, parents, rotations, offsets, reference, q[k], R, p, axes)
         pulls = actuator_pulls(R, p, table)
-        add_pulls(joints, parents, p, axes, pulls, forces, torques[k])
+        for i in range(forces.size):
+            add_pulls(joints, parents, p, axes, pulls, i, forces[i], torques[k])
 
 
 @kernel
-def add_pulls(joints, parents, p, axes, pulls, forces, Q):
-    """Add what the `Pulls` with these forces are to Q (n,); the pulls are changed."""
-    for i in range(forces.size):
-        for k in range(pulls.firsts[i], pulls.lasts[i]):
-            values = pulls.values[k]
-            for axis in range(FORCE, FORCE + 3):
-                values[axis] *= forces[i]
-            add_generalized(joints, parents, p, axes, pulls.kinds[k], pulls.numbers[k], values, Q)
+def add_pulls(joints, parents, p, axes, pulls, i, force, Q):
+    """Add what those of the `Pulls` are to Q (n,) that are the muscle's with this number, with its
+    force; they are changed."""
+    for k in range(pulls.firsts[i], pulls.lasts[i]):
+        values = pulls.values[k]
+        for axis in range(FORCE, FORCE + 3):
+            values[axis] *= force
+        add_generalized(joints, parents, p, axes, pulls.kinds[k], pulls.numbers[k], values, Q)
 
 
 def geometry_tables(tree: Tree, paths: Paths) -> tuple[np.ndarray, ...]:
@@ -181,6 +201,43 @@ def _no_way(muscle: str, q: np.ndarray) -> WrappingError:
     )
 
 
+class PathTorques:
+    """What tensions along paths of these names are on a tree."""
+
+    def __init__(self, tree: Tree, paths: Paths, names: Sequence[str]) -> None:
+        shape = m, _ = len(names), len(tree)
+        self._tables, self._names = geometry_tables(tree, paths), names
+        self._crossed = crossed_by(tree, paths)
+        self._room = np.empty(m, dtype=bool), np.empty(m), np.empty(shape)
+
+    def add(self, tensions: np.ndarray, q: np.ndarray, torques: np.ndarray) -> None:
+        """Add those of tensions (m,) at coordinates (k, N) to torques (k, N)."""
+        state, failed = add_path_torques(
+            *self._tables, self._crossed, tensions, *self._room, q, torques
+        )
+        if failed >= 0:
+            raise _no_way(self._names[failed], q[state])
+
+
+def crossed_by(tree: Tree, paths: Paths) -> np.ndarray:
+    """Which coordinates each path depends on: (m, N) bool."""
+    N = len(tree)
+    behind = np.zeros((N + 1, N), dtype=bool)  # the joints between ground, the last row, and links
+    for link, parent in enumerate(tree.parents):
+        behind[link] = behind[parent]
+        behind[link, link] = True
+    found = np.zeros((paths.starts.size - 1, N), dtype=bool)
+    for i, crossed in enumerate(found):
+        points = slice(paths.starts[i], paths.starts[i + 1])
+        wraps = paths.wraps[paths.wrap_starts[i] : paths.wrap_starts[i + 1], LINK]
+        links = behind[np.r_[paths.links[points], wraps.astype(int)]]
+        crossed |= links.any(axis=0) & ~links.all(axis=0)
+        factors = paths.factors[paths.factor_starts[i] : paths.factor_starts[i + 1]]
+        own = np.r_[paths.rules[points, RULE], factors[:, FACTOR_COORDINATE]].astype(int)
+        crossed[own[own >= 0]] = True
+    return found
+
+
 def compile_torques(
     tree: Tree, paths: Paths, muscles: Sequence[str], actuators: ActuatorTable
 ) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
@@ -188,19 +245,13 @@ def compile_torques(
     raises WrappingError."""
     links, m, (table, lines, names) = tree.tables(), len(muscles), actuators
     along, signs = actuators.along, actuators.signs
-    of_muscles, length = geometry_tables(tree, paths), np.empty(m)
-    of_actuators, extent = geometry_tables(tree, lines), np.empty(len(names))
+    of_muscles, of_actuators = PathTorques(tree, paths, muscles), PathTorques(tree, lines, names)
 
     def torques(q: np.ndarray, forces: np.ndarray) -> np.ndarray:
         found = np.zeros(q.shape)
-        state, failed = add_path_torques(*of_muscles, forces[:m], length, q, found)
-        if failed >= 0:
-            raise _no_way(muscles[failed], q[state])
+        of_muscles.add(forces[:m], q, found)
         if names:
-            tension = signs * forces[m:][along]
-            state, failed = add_path_torques(*of_actuators, tension, extent, q, found)
-            if failed >= 0:
-                raise _no_way(names[failed], q[state])
+            of_actuators.add(signs * forces[m:][along], q, found)
         if len(table):
             add_actuator_torques(*links, table, forces[m:], q, found)
         return found

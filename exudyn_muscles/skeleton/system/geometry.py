@@ -60,7 +60,7 @@ def frames_geometry(
     paths = Paths(
         positions, links, points, bent, rules, curves, wraps, wrap_starts, factors, factor_starts
     )
-    pulls, failed = path_geometry(paths, R, p, z, integers, numbers, l)
+    pulls, failed = path_geometry(paths, None, R, p, z, integers, numbers, l)
     if failed >= 0:
         return failed
     generalized_by_frames(starts, indices, p, J, T, pulls, loads)

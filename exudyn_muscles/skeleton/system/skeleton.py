@@ -103,7 +103,8 @@ class GeneralSkeleton(ExudynSkeleton):
         def torques(places: Sequence[tuple], forces: np.ndarray) -> np.ndarray:
             return np.array([forces @ loads(pose)[2] @ B for _, _, pose, B, _ in places])
 
-        return Mounted(geometry, lambda pose: loads(pose)[2][len(muscles) :].T, torques, loads)
+        m = len(muscles)
+        return Mounted(geometry, lambda pose: loads(pose)[2][m:].T, torques, loads)
 
     @property
     def others(self) -> int:
