@@ -9,6 +9,10 @@ ones are put where they belong, q, q' and q'', and the torques handed over conta
 holds them there, known from inverse dynamics: their rows are in balance, and the other ones are
 those of z. Exudyn thus solves the equation of z itself with whatever integrator, without algebraic
 equations, multipliers or drift. M may be singular as long as M_z is not.
+
+Where the tree is alone its Newton matrix lets z feel R^T times what is out of balance in the
+dependent rows, as if it were in its own. Reactions then need only be right in the end, and within a
+step those of an iterate follow from what Exudyn's residual says of the one before.
 """
 
 from __future__ import annotations
