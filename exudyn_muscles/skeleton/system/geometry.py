@@ -107,3 +107,12 @@ def compile_loads(
         return l, l_t, loads
 
     return of_pose
+
+
+def torques_by(loads: Callable[..., tuple]) -> Callable[[Sequence[tuple], np.ndarray], np.ndarray]:
+    """The function of k places and forces (m + r,) that returns their torques (k, n)."""
+
+    def torques(places: Sequence[tuple], forces: np.ndarray) -> np.ndarray:
+        return np.array([forces @ loads(pose)[2] @ B for _, _, pose, B, _ in places])
+
+    return torques
