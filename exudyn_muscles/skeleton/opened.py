@@ -119,10 +119,10 @@ class Opened:
             if self._carried is None:
                 return
             torque = self.applied
-        self.total[:] = self._user_torque + torque
+        np.add(self._user_torque, torque, out=self.total)
         if self._carried is not None:
             self.load[:] = self.carried_here() if carried is None else carried
-            self.total[:] += self.load
+            np.add(self.total, self.load, out=self.total)
         self._set(self._tree, "jointForceVector", self.total)
 
     @property
