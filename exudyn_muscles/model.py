@@ -67,6 +67,8 @@ class MusculoskeletalModel:
         the tree; of any other system its pose -> S.
     geometry : callable
         (q, q'), each (n,) -> Geometry with l, l', r and S.
+    torques : callable
+        (places, forces (m + r,)) -> torques (k, n) of the forces at k of the skeleton's `place`s.
     loads : callable or None
         Of a system of bodies, its pose -> l, l' (m,), and what unit forces are on its coordinates
         (m + r, N).
@@ -146,7 +148,7 @@ class MusculoskeletalModel:
             raise ParameterError(f"reserves: '{name}' is the name of a muscle")
         actuators = actuator_table(self.reserves, skeleton.tree_coordinates, skeleton.frame_number)
         mounted = skeleton.mount(self.paths, self.muscles.names, actuators)
-        self.geometry, self.columns, self.loads = mounted
+        self.geometry, self.columns, self.torques, self.loads = mounted
         for i, name in enumerate(self.muscles.names):
             if not self.paths.crosses_a_joint(i):
                 warn(

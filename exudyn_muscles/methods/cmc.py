@@ -229,6 +229,7 @@ class CMCPlugin(UnifiedPlugin):
             expected = tracking.expected_error(t_1, t_0, q, v)
             against = self._torque_against(expected, ahead, a_cmc, recruited, excited)
             if against is not None:
+                reached = reached._replace(opened=opened.after(recruited.recruitment))
                 recruited = muscles.recruit(reached, Q_m + against, ahead.place)
                 excited = muscles.tried(recruited)
         muscles.check(recruited)

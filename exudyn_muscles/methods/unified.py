@@ -96,6 +96,17 @@ def unified_step(
     return end_steps(tables, start, begun, trial, r, torque, h)
 
 
+@kernel
+def subtract_slopes(r, F_l, F_v, dq, dv, columns, wanted):
+    """Subtract r^T diag(dq F_l + dv F_v) r in these columns of `wanted` (n, all)."""
+    for i in range(r.shape[0]):
+        slope = dq * F_l[i] + dv * F_v[i]
+        for j in range(r.shape[1]):
+            if r[i, j] != 0.0:
+                for k in range(r.shape[1]):
+                    wanted[j, columns[k]] -= r[i, j] * slope * r[i, k]
+
+
 class StepRoom(NamedTuple):
     """Where a step of m muscles on a tree of N coordinates is computed, as `unified_step` has it:
     `start` (5, m), `begun` (3, m), `trial` (6, m), `arms` r (m, N), `torque` (N,). N is the
@@ -126,7 +137,7 @@ def advancing(model: MusculoskeletalModel, laws: tuple[np.ndarray, ...], room: S
     With ideal actuators' forces (r,) and the step; it writes the room, its torque with theirs, and
     returns the first muscle whose step failed, or -1.
     """
-    skeleton, m = model.skeleton, len(model.muscles)
+    skeleton, m, torque = model.skeleton, len(model.muscles), room.torque
 
     if isinstance(skeleton, Skeleton):
         arguments = (*laws, *geometry_tables(skeleton.tree, model.paths), *room)
@@ -135,7 +146,7 @@ def advancing(model: MusculoskeletalModel, laws: tuple[np.ndarray, ...], room: S
             q, v = skeleton.tree_state()
             failed = unified_step(*arguments, q, v, h)
             if reserve.size:
-                room.torque[:] += model.columns(q) @ reserve
+                np.add(torque, model.columns(q) @ reserve, out=torque)
             return failed
 
         return on_a_tree
@@ -146,7 +157,7 @@ def advancing(model: MusculoskeletalModel, laws: tuple[np.ndarray, ...], room: S
     def on_frames(reserve: np.ndarray, h: float) -> int:
         room.trial[2], room.trial[3], loads = loads_of(skeleton.pose())
         room.arms[:] = loads[:m]
-        room.torque[:] = reserve @ loads[m:]
+        torque[:] = reserve @ loads[m:]
         return steps_on_frames(*laws, *room, h)
 
     return on_frames
@@ -248,9 +259,9 @@ class UnifiedPlugin(Plugin):
         if first.size:
             state.reserve_now = first + (t_1 - begun) / (end - begun) * (last - first)
         length, speed = state.geometry[:2]
-        for row, values in enumerate((state.a, state.l_t, u, length, speed)):
-            state.room.start[row] = values
-        begin_steps(*state.laws, state.room.start, state.room.begun, t_1 - t_0)
+        start = state.room.start
+        np.concatenate((state.a, state.l_t, u, length, speed), out=start.reshape(-1))
+        begin_steps(*state.laws, start, state.room.begun, t_1 - t_0)
 
     def torque(self, t: float, first: bool) -> np.ndarray:
         state, skeleton = self.state, self.skeleton
@@ -267,8 +278,8 @@ class UnifiedPlugin(Plugin):
         # dF/dq = -F_l r and dF/dq' = -F_v r; how r changes matters little within a step.
         room = self.state.room
         r, F_l, F_v = self.skeleton.reduced(room.arms), room.trial[4], room.trial[5]
-        wanted = exact.copy()
-        wanted[:, self.skeleton.free] -= (r.T * (dq * F_l + dv * F_v)) @ r
+        wanted, columns = exact.copy(), np.arange(exact.shape[1])[self.skeleton.free]
+        subtract_slopes(r, F_l, F_v, dq, dv, columns, wanted)
         return wanted
 
     def slopes(self, tree: TreeRows) -> ForceSlopes | None:

@@ -13,8 +13,9 @@ from typing import Any
 SOURCES = (
     "numerics", "muscle", "path", "forces", "forces/passive", "skeleton/tree.py",
     "skeleton/carried.py", "skeleton/geometry.py", "skeleton/passive.py", "skeleton/dependent.py",
-    "skeleton/closures.py", "skeleton/rotations.py", "skeleton/system/frames.py",
-    "skeleton/system/measuring.py", "skeleton/system/geometry.py", "recruitment",
+    "skeleton/tied.py", "skeleton/closures.py", "skeleton/rotations.py",
+    "skeleton/system/frames.py", "skeleton/system/measuring.py", "skeleton/system/geometry.py",
+    "recruitment",
     "methods/unified.py", "methods/tracking.py", "methods/course",
 )  # fmt: skip
 

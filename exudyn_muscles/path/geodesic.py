@@ -57,17 +57,35 @@ def follow_geodesic(y, inverse_squares, arc, steps, stages):
     z = stages[STAGES]
     for _ in range(steps):
         for i in range(STAGES):
+            weighted(A[i], stages, i, z)
             for column in range(8):
-                total = 0.0
-                for k in range(i):
-                    total += A[i, k] * stages[k, column]
-                z[column] = y[column] + h * total
+                z[column] = y[column] + h * z[column]
             geodesic_rate(z, inverse_squares, stages[i])
+        weighted(B, stages, STAGES, z)
         for column in range(8):
-            total = 0.0
-            for k in range(STAGES):
-                total += B[k] * stages[k, column]
-            y[column] += h * total
+            y[column] += h * z[column]
+
+
+@kernel(inline=True)
+def weighted(weights, stages, count, z):
+    """Write the sum (8,) of the first stages with these weights; written out, as processors add
+    several columns at once."""
+    a = b = c = d = e = f = g = h = 0.0
+    for k in range(count):
+        weight = weights[k]
+        if weight != 0.0:
+            a, b, c = (
+                a + weight * stages[k, 0],
+                b + weight * stages[k, 1],
+                c + weight * stages[k, 2],
+            )
+            d, e, f = (
+                d + weight * stages[k, 3],
+                e + weight * stages[k, 4],
+                f + weight * stages[k, 5],
+            )
+            g, h = g + weight * stages[k, 6], h + weight * stages[k, 7]
+    z[0], z[1], z[2], z[3], z[4], z[5], z[6], z[7] = a, b, c, d, e, f, g, h
 
 
 @kernel

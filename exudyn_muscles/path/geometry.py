@@ -89,11 +89,12 @@ _room_in = kernel(room_in)
 
 
 @kernel
-def path_geometry(paths, R, p, q, integers, numbers, l):
-    """Write l (m,) of `Paths` where the links have the frames R, p.
+def path_geometry(paths, wanted, R, p, q, integers, numbers, l):
+    """Write l (m,) of `Paths` where the links have the frames R, p; of those that are `wanted` (m,)
+    alone, or None for all.
 
-    Returns the `Pulls` and the first muscle for which no geodesic was found, or -1. The pulls
-    belong to the work space `integers`, `numbers`, which the next call overwrites.
+    Returns the `Pulls`, none of the others, and the first muscle for which no geodesic was found,
+    or -1. The pulls belong to the work space `integers`, `numbers`, which the next call overwrites.
     """
     m, points, rows = l.size, paths.links.size, integers[PULLS]
     a, b = SIZES + 2 * m, SIZES + 2 * m + rows
@@ -106,8 +107,11 @@ def path_geometry(paths, R, p, q, integers, numbers, l):
     point_positions(paths.positions, paths.links, R, p, x)
     k, next_bent = 0, 0
     for i in range(m):
+        pulls.firsts[i] = pulls.lasts[i] = 0
         if next_bent < paths.bent.size and paths.bent[next_bent] == i:
             next_bent += 1
+            continue
+        if wanted is not None and not wanted[i]:
             continue
         pulls.firsts[i] = k
         l[i], k = straight_path(x, paths.links, paths.starts[i], paths.starts[i + 1], e, pulls, k)
@@ -116,6 +120,8 @@ def path_geometry(paths, R, p, q, integers, numbers, l):
         return pulls, -1
     room = _room_in(integers[b + rows :], numbers[d:], integers[SURFACES])
     for i in paths.bent:
+        if wanted is not None and not wanted[i]:
+            continue
         pulls.firsts[i] = k
         l[i], k = bent_path(paths, i, R, p, q, x, e, room, pulls, k)
         pulls.lasts[i] = k

@@ -54,12 +54,23 @@ def whole_matrix(method: Method, skeleton: TreeRows) -> Callable[..., bool]:
         mass, dq, dv = newton_factors(solver)
         slopes, exact = method.slopes(skeleton), nothing
         if slopes is not None:
-            exact = skeleton.reduced_rows(skeleton.rows_of_tree(slopes, mass, dq, dv))
+            M = np.asarray(solver.GetSystemMassMatrix())  # of the residual at this iterate
+            change = M - dq / mass * slopes.stiffness - dv / mass * slopes.damping
+            exact = skeleton.reduced_rows(mass * change)
+            if not skeleton.known_to_exudyn:
+                method.state.change = change
         wanted = method.jacobian(exact, mass, dq, dv)
-        solver.SetSystemJacobian(skeleton.all_rows(wanted))
+        solver.SetSystemJacobian(skeleton.whole_matrix(wanted))
         return True
 
     return computed
+
+
+def last_lack(solver: exu.MainSolverImplicitSecondOrder) -> np.ndarray:
+    """What forces were short of M q'' at the iterate whose residual was the last one."""
+    h = solver.it.currentStepSize
+    # Exudyn scales the residual once it has its norm.
+    return np.asarray(solver.GetSystemResidual() / (solver.newmarkBeta * h * h))
 
 
 def _triplets(skeleton: ExudynSkeleton) -> np.ndarray:

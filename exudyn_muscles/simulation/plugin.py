@@ -36,7 +36,7 @@ from .continuing import RunPoint
 from .ending import fail, judge_tracking, place, warn_of_early_end, warn_of_shortfalls
 from .hooks import Hooks
 from .method import Method
-from .newton import addition, is_alone, whole_matrix
+from .newton import addition, is_alone, last_lack, whole_matrix
 from .parameters import keep_parameters
 from .settings import RunSettings
 from .solver import (
@@ -276,7 +276,10 @@ class Plugin(Method):
         torque = self.torque(t, first)
         if torque is not None and not math.isfinite(torque.dot(torque)):
             raise SimulationError(f"torque {torque} at t = {t:g} s is not finite")
-        self.skeleton.apply(torque, state.here)
+        if first or state.change is None or state.alone is None or torque is None:
+            self.skeleton.apply(torque, state.here)
+        else:
+            state.alone.apply_again(torque, state.change, last_lack(running_solver(mbs)))
 
     def _post_step(self, hooks: Hooks, mbs: exu.MainSystem, t: float) -> bool:
         """Commit the accepted step, or begin the run or let it go on."""
@@ -323,7 +326,7 @@ class Plugin(Method):
             check_start_time(t, self.start_time)
         check_end_time(t, end, self.end_time)
         state.begin_run(end, check_external_forces(mbs, t, end))
-        skeleton, state.alone = self.skeleton, None
+        skeleton, state.alone, state.change = self.skeleton, None, None
         if self.feeds_back and is_alone(skeleton) and takes_matrices(mbs):
             state.alone = skeleton
             state.matrices.append(set_newton_matrix(mbs, whole_matrix(self, skeleton)))

@@ -16,6 +16,8 @@ from .plugin import Plugin
 # Far below any torque of interest and above the rounding of the recruited torques (1e-12 N m).
 ABSOLUTE_TOLERANCE = 1e-9
 RELATIVE_TOLERANCE = 1e-8
+# Coordinates of a tree up to which Exudyn's own dense solver, which inverts, is as fast as Eigen's.
+SMALL = 20
 
 
 def number_of_steps(start: float, end: float, step: float) -> int:
@@ -63,7 +65,7 @@ def simulate(
     integration.newton.useModifiedNewton = modified_newton
     integration.newton.relativeTolerance = RELATIVE_TOLERANCE
     integration.newton.absoluteTolerance = ABSOLUTE_TOLERANCE
-    if skeleton.system_names:  # larger matrices than those of trees
+    if skeleton.system_names or skeleton.width > SMALL:
         settings.linearSolver.solverType = exu.LinearSolverType.EigenDense
     settings.solution.file.write = False
     settings.solution.sensors.writePeriod = step

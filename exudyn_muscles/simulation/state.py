@@ -48,6 +48,9 @@ class RunState:
         tried.
     alone : TreeRows, optional
         The tree, if the run makes Newton's matrix of it itself.
+    change : (N, N) ndarray, optional
+        If it has dependent coordinates, and the method gives slopes: how what forces are short of
+        M q'' follows q'' in this step, with torques held.
     matrices : list of callable
         What gives solvers their own Newton matrices back.
     ended : RunEnd, optional
@@ -74,6 +77,7 @@ class RunState:
     running: bool = False
     open: bool = False
     alone: TreeRows | None = None
+    change: np.ndarray | None = None
     matrices: list[Callable[[], None]] = field(default_factory=list)
     ended: RunEnd | None = None
     step: float = 0.0

@@ -89,6 +89,13 @@ class Independent:
         known; None: those that Exudyn has stay."""
         opened.apply(torque)
 
+    def apply_again(
+        self, opened: Opened, torque: np.ndarray, change: np.ndarray, lack: np.ndarray
+    ) -> None:
+        """As `apply`, at a later iterate of the same step: all forces were `lack` (N,) short of
+        M q'' at the iterate before, which follows q'' by about `change` (N, N)."""
+        opened.apply(torque)
+
     def applied(self, opened: Opened) -> np.ndarray:
         """The muscles' torques (n,) that Exudyn has now."""
         return opened.applied
@@ -103,4 +110,8 @@ class Independent:
 
     def all_rows(self, opened: Opened, wanted: np.ndarray) -> np.ndarray:
         """The tree's rows of a Newton matrix with those of z."""
+        return wanted
+
+    def whole_matrix(self, opened: Opened, wanted: np.ndarray) -> np.ndarray:
+        """Newton's matrix (N, N) of a tree that is alone from the rows of z."""
         return wanted

@@ -79,8 +79,8 @@ class Opened:
     rows : slice
     state : State
     contacts : Contacts
-    total : (N,) ndarray
-        The torques that Exudyn has now, with the user's own.
+    total, load : (N,) ndarray
+        The torques that Exudyn has now, with the user's own, and what of them is carried.
     """
 
     def __init__(
@@ -106,11 +106,11 @@ class Opened:
         torque = mbs.GetObjectParameter(tree, "jointForceVector")
         self._user_torque = np.zeros(self.state.q.size) + (torque if np.size(torque) else 0.0)
         self.total = self._user_torque.copy()
-        self._carried, self._load = carried, np.zeros(self.state.q.size)
+        self._carried, self.load = carried, np.zeros(self.state.q.size)
 
     def leave(self) -> None:
         """Give the tree back with the user's own joint torques alone."""
-        self.recall((self._user_torque, np.zeros_like(self._load)))
+        self.recall((self._user_torque, np.zeros_like(self.load)))
 
     def apply(self, torque: np.ndarray | None, carried: np.ndarray | None = None) -> None:
         """Set torques (N,) on top of the user's own `jointForceVector` and of what is `carried` at
@@ -119,25 +119,25 @@ class Opened:
             if self._carried is None:
                 return
             torque = self.applied
-        self.total[:] = self._user_torque + torque
+        np.add(self._user_torque, torque, out=self.total)
         if self._carried is not None:
-            self._load[:] = self._carried_here() if carried is None else carried
-            self.total[:] += self._load
+            self.load[:] = self.carried_here() if carried is None else carried
+            np.add(self.total, self.load, out=self.total)
         self._set(self._tree, "jointForceVector", self.total)
 
     @property
     def applied(self) -> np.ndarray:
         """The torques (N,) that Exudyn has now, without the user's own and what is carried."""
-        return self.total - self._user_torque - self._load
+        return self.total - self._user_torque - self.load
 
     @property
     def memory(self) -> tuple[np.ndarray, np.ndarray]:
         """What Exudyn has now, and what of it is carried."""
-        return self.total.copy(), self._load.copy()
+        return self.total.copy(), self.load.copy()
 
     def recall(self, memory: tuple[np.ndarray, ...]) -> None:
         """Have the `memory` of another time back."""
-        self.total[:], self._load[:] = memory
+        self.total[:], self.load[:] = memory
         self._set(self._tree, "jointForceVector", self.total)
 
     def check_carried(self) -> None:
@@ -145,24 +145,22 @@ class Opened:
         if self._carried is not None:
             self._carried.check()
 
-    def _carried_here(self) -> np.ndarray:
-        assert self._carried is not None
+    def carried_here(self) -> np.ndarray:
+        """What is carried (N,) at the current state."""
+        if self._carried is None:
+            return self.load
         return self._carried(self.state.q, self._mbs.systemData.GetTime())
 
     def dynamics(self) -> Assembled:
         """The equations without `apply`'s torques at the system's current state."""
-        M = self.mass_matrix()
+        self._solver.ComputeMassMatrix(self._mbs)
+        M = np.asarray(self._solver.GetSystemMassMatrix()[self.rows, self.rows])
         self._solver.ComputeODE2RHS(self._mbs)
         bias = self.total - self._user_torque - self._solver.GetSystemResidual()[self.rows]
         if self._carried is None:
             return Assembled(M, bias, None)
-        carried = self._carried_here().copy()
+        carried = self.carried_here().copy()
         return Assembled(M, bias - carried, carried)
-
-    def mass_matrix(self) -> np.ndarray:
-        """M (N, N) at the current state."""
-        self._solver.ComputeMassMatrix(self._mbs)
-        return np.asarray(self._solver.GetSystemMassMatrix()[self.rows, self.rows])
 
     def slopes(self) -> ForceSlopes:
         """Those of the forces at the current state, with torques held."""

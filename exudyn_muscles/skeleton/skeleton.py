@@ -23,7 +23,13 @@ from .basis import basis_of
 from .carried import carry
 from .closures import Loops
 from .coupling import DependentCoordinate
-from .geometry import Mounted, compile_columns, compile_geometry, with_columns
+from .geometry import (
+    Mounted,
+    compile_columns,
+    compile_geometry,
+    compile_torques,
+    with_columns,
+)
 from .hold import Hold, hold
 from .opened import Dynamics, NotOpen, Opened
 from .reading import (
@@ -122,7 +128,13 @@ class Skeleton(TreeRows):
         geometry = compile_geometry(self.tree, paths, muscles)
         if len(actuators.rows):
             geometry = with_columns(geometry, columns)
-        return Mounted(self.basis.geometry(geometry), columns)
+        of_tree = compile_torques(self.tree, paths, muscles, columns)
+
+        def torques(places: Sequence[tuple], forces: np.ndarray) -> np.ndarray:
+            q, _, reduced = self.basis.along(*map(np.array, zip(*places, strict=True)))
+            return reduced(of_tree(q, forces))
+
+        return Mounted(self.basis.geometry(geometry), columns, torques)
 
     @property
     def known_to_exudyn(self) -> bool:
@@ -276,8 +288,9 @@ class Skeleton(TreeRows):
         self._opened.contacts.settle()
 
     def _place(self, q: np.ndarray, v: np.ndarray, t: float) -> None:
-        state = self._opened.state
-        state.q[:], state.v[:] = self.state_of_tree(q, v)
+        coordinates, speeds, _ = self._opened.state.current
+        coordinates[self.free], speeds[self.free] = q, v
+        self.basis.state(self._opened)  # what depends on them follows
         self.mbs.systemData.SetTime(t)
 
     # In a run.

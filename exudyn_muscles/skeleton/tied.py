@@ -9,6 +9,10 @@ ones are put where they belong, q, q' and q'', and the torques handed over conta
 holds them there, known from inverse dynamics: their rows are in balance, and the other ones are
 those of z. Exudyn thus solves the equation of z itself with whatever integrator, without algebraic
 equations, multipliers or drift. M may be singular as long as M_z is not.
+
+Where the tree is alone its Newton matrix lets z feel R^T times what is out of balance in the
+dependent rows, as if it were in its own. Reactions then need only be right in the end, and within a
+step those of an iterate follow from what Exudyn's residual says of the one before.
 """
 
 from __future__ import annotations
@@ -20,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import ParameterError
+from ..numerics.kernel import kernel
 from .geometry import Geometry
 from .opened import Assembled, Dynamics, Opened, agree
 from .state import State
@@ -64,7 +69,8 @@ class Tied(ABC):
 
     def __init__(self, free: np.ndarray, tied: np.ndarray) -> None:
         self.free, self.tied, self.size = free, tied, free.size + tied.size
-        self._torque = np.zeros(free.size)  # overwritten where the muscles' torques are set
+        # Overwritten where the muscles' torques are set, the accelerations there as well.
+        self._torque, self._balance, self._a = np.zeros(free.size), *np.zeros((2, self.size))
 
     @abstractmethod
     def follow_from(
@@ -148,9 +154,24 @@ class Tied(ABC):
         R = self.follow(opened.state).R
         known = here.of_tree if isinstance(here, DynamicsOfTree) else opened.dynamics()
         M, bias, carried = known
-        balance = M @ opened.state.a + bias
-        balance[self.free] = self._torque - balance[self.tied] @ R[self.tied]
-        opened.apply(balance, carried)
+        self._a[:] = opened.state.a
+        hold_tied(self.free, self.tied, R, M, bias, self._a, self._torque, self._balance)
+        opened.apply(self._balance, carried)
+
+    def apply_again(
+        self, opened: Opened, torque: np.ndarray, change: np.ndarray, lack: np.ndarray
+    ) -> None:
+        """M and H - Q are not asked for: at the iterate before Exudyn has found what the reactions
+        lacked there. What is wrong with them now it finds next, and `whole_matrix` lets nothing but
+        z feel it, as part of its own residual."""
+        self._torque[:] = torque
+        R, carried, a = self.follow(opened.state).R, opened.carried_here(), opened.state.a
+        hold_again(
+            self.free, self.tied, R, change, lack, a, self._a, opened.load, carried, self._torque,
+            self._balance,
+        )  # fmt: skip
+        self._a[:] = a
+        opened.apply(self._balance, carried)
 
     def applied(self, opened: Opened) -> np.ndarray:
         return self._torque.copy()
@@ -159,18 +180,87 @@ class Tied(ABC):
         return covectors @ self.follow(opened.state).R
 
     def reduced_rows(self, opened: Opened, exact: np.ndarray) -> np.ndarray:
-        R = self.follow(opened.state).R
-        reduced = R.T @ exact
-        within = reduced[:, opened.rows] @ R
-        reduced[:, opened.rows] = 0.0
-        reduced[:, self.within(opened.rows)] = within
+        R, reduced = self.follow(opened.state).R, np.empty((self.free.size, exact.shape[1]))
+        reduce_rows(self.free, self.tied, R, opened.rows.start, exact, reduced)
         return reduced
 
     def all_rows(self, opened: Opened, wanted: np.ndarray) -> np.ndarray:
-        R = self.follow(opened.state).R
-        rows = np.zeros((self.size, wanted.shape[1]))
-        rows[self.free] = wanted
-        # dq_d = R_d dz
-        rows[self.tied, opened.rows.start + self.tied] = 1.0
-        rows[self.tied[:, None], self.within(opened.rows)] = -R[self.tied]
+        R, rows = self.follow(opened.state).R, np.zeros((self.size, wanted.shape[1]))
+        spread_rows(self.free, self.tied, R, opened.rows.start, wanted, rows)
         return rows
+
+    def whole_matrix(self, opened: Opened, wanted: np.ndarray) -> np.ndarray:
+        R, matrix = self.follow(opened.state).R, np.zeros((self.size, self.size))
+        make_whole(self.free, self.tied, R, wanted, matrix)
+        return matrix
+
+
+@kernel
+def hold_tied(free, tied, R, M, bias, a, torque, balance):
+    """Write torques on all coordinates (N,) that hold the `tied` ones where they belong at
+    accelerations `a` (N,), and with it are `torque` (n,) on the `free` ones."""
+    for k in range(free.size):
+        balance[free[k]] = torque[k]
+    for d in tied:
+        balance[d] = bias[d]
+        for e in range(a.size):
+            balance[d] += M[d, e] * a[e]
+        for k in range(free.size):
+            balance[free[k]] -= balance[d] * R[d, k]
+
+
+@kernel
+def hold_again(free, tied, R, change, lack, a, before, load, carried, torque, balance):
+    """Make of the `balance` at accelerations `before`, where `load` (N,) was carried and all forces
+    were `lack` (N,) short of M q'', about that at `a` where `carried` is."""
+    for k in range(free.size):
+        balance[free[k]] = torque[k]
+    for d in tied:
+        balance[d] += lack[d] + load[d] - carried[d]
+        for e in range(a.size):
+            balance[d] += change[d, e] * (a[e] - before[e])
+        for k in range(free.size):
+            balance[free[k]] -= balance[d] * R[d, k]
+
+
+@kernel
+def reduce_rows(free, tied, R, first, exact, reduced):
+    """Write the tree's rows (N, all) of a Newton matrix as those of z, over z (n, all); the tree's
+    columns begin with the one numbered `first`."""
+    for k in range(free.size):
+        for c in range(exact.shape[1]):
+            reduced[k, c] = exact[free[k], c]
+        for d in tied:
+            if R[d, k] != 0.0:
+                for c in range(exact.shape[1]):
+                    reduced[k, c] += R[d, k] * exact[d, c]
+        for d in tied:
+            for j in range(free.size):
+                reduced[k, first + free[j]] += reduced[k, first + d] * R[d, j]
+            reduced[k, first + d] = 0.0
+
+
+@kernel
+def spread_rows(free, tied, R, first, wanted, rows):
+    """Write rows (n, all) of z as those of the whole tree (N, all), which are zero before, with
+    dq_d = R_d dz."""
+    for k in range(free.size):
+        for c in range(wanted.shape[1]):
+            rows[free[k], c] = wanted[k, c]
+    for d in tied:
+        rows[d, first + d] = 1.0
+        for k in range(free.size):
+            rows[d, first + free[k]] = -R[d, k]
+
+
+@kernel
+def make_whole(free, tied, R, wanted, matrix):
+    """Write the matrix (N, N), which is zero before, of rows (n, N) of z: whatever forces lack in
+    the rows of the `tied` is felt by z, and moves nothing else, as these follow anyway."""
+    for k in range(free.size):
+        for c in range(wanted.shape[1]):
+            matrix[free[k], c] = wanted[k, c]
+        for d in tied:
+            matrix[free[k], d] = -R[d, k]
+    for d in tied:
+        matrix[d, d] = 1.0

@@ -52,12 +52,19 @@ class TreeRows(ExudynSkeleton):
         """Those of the forces at the current state."""
         return self._opened.slopes()
 
-    def rows_of_tree(self, slopes: ForceSlopes, mass: float, dq: float, dv: float) -> np.ndarray:
-        """Exudyn's own rows with M at the current state and slopes of this or another one."""
-        return mass * self._opened.mass_matrix() - dq * slopes.stiffness - dv * slopes.damping
-
     def reduced_rows(self, exact: np.ndarray) -> np.ndarray:
         return self.basis.reduced_rows(self._opened, exact)
 
     def all_rows(self, wanted: np.ndarray) -> np.ndarray:
         return self.basis.all_rows(self._opened, wanted)
+
+    # Of one that is alone.
+
+    def whole_matrix(self, wanted: np.ndarray) -> np.ndarray:
+        """Newton's matrix from the rows of the coordinates that loads act on."""
+        return self.basis.whole_matrix(self._opened, wanted)
+
+    def apply_again(self, torque: np.ndarray, change: np.ndarray, lack: np.ndarray) -> None:
+        """As `apply`, at a later iterate of the same step: all forces were `lack` (N,) short of
+        M q'' at the iterate before, which follows q'' by about `change` (N, N)."""
+        self.basis.apply_again(self._opened, torque, change, lack)

@@ -54,12 +54,14 @@ def test_cosimulation_needs_none_of_exudyns(monkeypatch, source, scheme):
 
 
 def test_kept_slopes_cost_few_iterations(monkeypatch):
+    """Some of them because reactions follow by them as well, which spares two thirds of M and
+    H - Q."""
     model, motion = leg.build(), short(leg)
     counts = []
     for kept in (1, unified.KEPT):
         monkeypatch.setattr(unified, "KEPT", kept)
         counts.append(em.computed_muscle_control(model, motion).counts)
-    assert counts[1].newton_iterations < 1.1 * counts[0].newton_iterations
+    assert counts[1].newton_iterations < 1.25 * counts[0].newton_iterations
 
 
 def test_slopes_are_found_anew_where_a_step_takes_long(monkeypatch):

@@ -60,7 +60,7 @@ def frames_geometry(
     paths = Paths(
         positions, links, points, bent, rules, curves, wraps, wrap_starts, factors, factor_starts
     )
-    pulls, failed = path_geometry(paths, R, p, z, integers, numbers, l)
+    pulls, failed = path_geometry(paths, None, R, p, z, integers, numbers, l)
     if failed >= 0:
         return failed
     generalized_by_frames(starts, indices, p, J, T, pulls, loads)
@@ -107,3 +107,12 @@ def compile_loads(
         return l, l_t, loads
 
     return of_pose
+
+
+def torques_by(loads: Callable[..., tuple]) -> Callable[[Sequence[tuple], np.ndarray], np.ndarray]:
+    """The function of k places and forces (m + r,) that returns their torques (k, n)."""
+
+    def torques(places: Sequence[tuple], forces: np.ndarray) -> np.ndarray:
+        return np.array([forces @ loads(pose)[2] @ B for _, _, pose, B, _ in places])
+
+    return torques

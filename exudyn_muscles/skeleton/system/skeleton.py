@@ -23,7 +23,7 @@ from ..segments import Segments
 from ..shown import OwnGraphics
 from .coordinates import Tracked
 from .frame_list import FrameList
-from .geometry import GeometryOnAll, Pose, compile_loads
+from .geometry import GeometryOnAll, Pose, compile_loads, torques_by
 from .load_object import force_object
 from .names import system_names
 from .opened import OpenedSystem
@@ -94,13 +94,13 @@ class GeneralSkeleton(ExudynSkeleton):
         return self._frames.number(what, link)
 
     def mount(self, paths: Paths, muscles: Sequence[str], actuators: ActuatorTable) -> Mounted:
-        loads = compile_loads(paths, muscles, actuators)
+        loads, m = compile_loads(paths, muscles, actuators), len(muscles)
 
         def geometry(q: np.ndarray, v: np.ndarray, *there: Any) -> Geometry:
             pose, B, _ = there or self._place_at(q, v)[2:]
             return GeometryOnAll(*loads(pose), B)
 
-        return Mounted(geometry, lambda pose: loads(pose)[2][len(muscles) :].T, loads)
+        return Mounted(geometry, lambda pose: loads(pose)[2][m:].T, torques_by(loads), loads)
 
     @property
     def others(self) -> int:
