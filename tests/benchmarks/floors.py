@@ -45,7 +45,7 @@ def evaluations(model, motion):
             yield f"Exudyn's {label}", microseconds(lambda s=solver: s.ComputeODE2RHS(mbs))
             if given is None:
                 continue
-            yield "what is carried instead", microseconds(opened._carried_here)
+            yield "what is carried instead", microseconds(opened.carried_here)
             yield "Exudyn's M", microseconds(lambda s=solver: s.ComputeMassMatrix(mbs))
             yield "Exudyn's differences for Newton's matrix", microseconds(opened.slopes)
             yield "paths of all muscles", microseconds(lambda: model.geometry(q, v))
