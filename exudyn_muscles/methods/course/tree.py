@@ -167,8 +167,11 @@ class TreeCourse:
         held = step.reserves_at(NODES.s)
         if held.size:
             torques += np.matmul(self._model.columns(q), held[1:-1, :, None])[..., 0]
-        first, last = (step.geometry[k].torque(forces[k], held[k]) for k in (0, -1))
-        return MuscleCourse(np.vstack([first, reduced(torques), last]), *states)
+        of_all = np.empty((len(forces), self.size))
+        of_all[1:-1] = reduced(torques)
+        for k in (0, -1):
+            of_all[k] = step.geometry[k].torque(forces[k], held[k])
+        return MuscleCourse(of_all, *states)
 
 
 class MuscleCourse(NamedTuple):
