@@ -104,7 +104,7 @@ def test_an_interrupt_waits_until_the_result_is_saved(
     save = em.Trajectory.save
 
     def interrupted(self, file):
-        os.kill(os.getpid(), number)
+        signal.raise_signal(number)  # to this thread: another one may be late to hear of it
         save(self, file)
 
     monkeypatch.setattr(em.Trajectory, "save", interrupted)
