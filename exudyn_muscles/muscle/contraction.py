@@ -114,10 +114,12 @@ def damped_velocity(tables, i, s, capacity, load):
     """The v at which capacity f_v(v / s) + beta v is the load, f_v and its slope there:
     Chebyshev's third-order method in a bracket."""
     beta = tables.table[i, BETA] * s
-    # The undamped velocity, damped by the slope that f_v has on average: good at both extremes.
-    w = curve_at(tables, i, INVERSE_F_V, load / (capacity + beta))[0]
-    low, high = -math.inf, math.inf
-    f_v, slope = 0.0, 0.0
+    # A step of it for f_v by the inverse curve comes first, from where f_v would be as 1 + w.
+    f_v = (load + beta) / (capacity + beta)
+    w, w_f, w_ff = curve_at(tables, i, INVERSE_F_V, f_v)
+    step = chebyshev(capacity * f_v + beta * w - load, capacity + beta * w_f, beta * w_ff)
+    w += step * (w_f + 0.5 * step * w_ff)
+    low, high, slope = -math.inf, math.inf, 0.0
     for _ in range(ITERATIONS):
         f_v, slope, curvature = curve_at(tables, i, F_V, w)
         error = capacity * f_v + beta * w - load
@@ -125,9 +127,7 @@ def damped_velocity(tables, i, s, capacity, load):
             high = w
         else:
             low = w
-        per_slope = 1.0 / (capacity * slope + beta)
-        step = -error * per_slope
-        step *= min(max(1.0 - 0.5 * step * capacity * curvature * per_slope, 0.5), 2.0)
+        step = chebyshev(error, capacity * slope + beta, capacity * curvature)
         w += step
         if abs(step) <= CONVERGED * (1.0 + abs(w)):
             f_v += step * (slope + 0.5 * step * curvature)
@@ -135,6 +135,14 @@ def damped_velocity(tables, i, s, capacity, load):
         if not low < w < high:
             w = 0.5 * (low + high)
     return s * w, f_v, slope
+
+
+@kernel(inline=True)
+def chebyshev(value, slope, curvature):
+    """Step to where a function is zero by Chebyshev's method, from half to twice Newton's."""
+    per_slope = 1.0 / slope
+    step = -value * per_slope
+    return step * min(max(1.0 - 0.5 * step * curvature * per_slope, 0.5), 2.0)
 
 
 @kernel(inline=True)
