@@ -71,6 +71,7 @@ class Tied(ABC):
         self.free, self.tied, self.size = free, tied, free.size + tied.size
         # Overwritten where the muscles' torques are set, the accelerations there as well.
         self._torque, self._balance, self._a = np.zeros(free.size), *np.zeros((2, self.size))
+        self._row = np.empty(self.size)  # room
 
     @abstractmethod
     def follow_from(
@@ -124,9 +125,10 @@ class Tied(ABC):
 
     def dynamics(self, opened: Opened, place: tuple) -> Dynamics:
         basis = self.follow(opened.state)
-        M, bias, _ = of_tree = opened.dynamics()
-        R = basis.R
-        return DynamicsOfTree(R.T @ M @ R, R.T @ (M @ basis.bent + bias), place, of_tree)
+        n, of_tree = self.free.size, opened.dynamics()
+        M_z, bias_z = np.empty((n, n)), np.empty(n)
+        reduce_dynamics(self.free, self.tied, *basis, *of_tree[:2], self._row, M_z, bias_z)
+        return DynamicsOfTree(M_z, bias_z, place, of_tree)
 
     def begin(self, opened: Opened, torque: np.ndarray) -> None:
         """Also sets the accelerations of the whole system, as Exudyn would compute them."""
@@ -193,6 +195,26 @@ class Tied(ABC):
         R, matrix = self.follow(opened.state).R, np.zeros((self.size, self.size))
         make_whole(self.free, self.tied, R, wanted, matrix)
         return matrix
+
+
+@kernel
+def reduce_dynamics(free, tied, R, bent, M, bias, row, M_z, bias_z):
+    """Write R^T M R (n, n) and R^T (M R' z' + bias) (n,), of which `bent` is R' z' (N,)."""
+    for i in range(free.size):
+        for e in range(row.size):
+            row[e] = M[free[i], e]
+        bias_z[i] = bias[free[i]]
+        for d in tied:
+            if R[d, i] != 0.0:
+                bias_z[i] += R[d, i] * bias[d]
+                for e in range(row.size):
+                    row[e] += R[d, i] * M[d, e]
+        for e in range(row.size):
+            bias_z[i] += row[e] * bent[e]
+        for j in range(free.size):
+            M_z[i, j] = row[free[j]]
+            for d in tied:
+                M_z[i, j] += row[d] * R[d, j]
 
 
 @kernel
