@@ -30,7 +30,6 @@ from ..model import MusculoskeletalModel
 from ..simulation.solver import goes_by_newmark
 from ..simulation.state import HANDED_ON
 from ..skeleton.geometry import Geometry
-from ..skeleton.opened import Dynamics
 from ..skeleton.skeleton import Skeleton
 from .cosimulation_settings import CosimulationSettings
 from .coupled import CoupledState
@@ -164,30 +163,42 @@ class ConsistentScheme(FullScheme[ConsistentState]):
         state.learned = state.response
         state.moved = _expected(state.expected, state.step, self._course.size)
 
-    def torque(self, state: ConsistentState, t: float, first: bool) -> np.ndarray:
+    def torque(self, state: ConsistentState, t: float, first: bool) -> np.ndarray | None:
         if first:
-            state.moved = self._shift(state, state.moved)
             state.asked = None
-            return super().torque(state, t, first)
-        load = super().torque(state, t, first)
-        if not self._course.is_settled(state.step):
-            state.trial = None
-            return load
-        state.trial = trial = self._tried(state, t, state.served())
-        self._learn(state, trial)
-        enough = CLOSE if state.passes else self._near(state.step)
-        if state.passes == self._course.passes or np.abs(trial.away).max() <= enough:
-            return load
-        state.passes += 1
-        self._follow(state, trial)
-        # What the next iterate recruits is near what the control law asks for.
-        return super().torque(state, t, True)
+            if not state.by_law:
+                state.moved = self._shift(state, state.moved)
+            return super().torque(state, t, True)
+        while True:
+            load = super().torque(state, t, False)
+            if not self._course.is_settled(state.step):
+                state.trial = None
+                return load
+            state.trial = trial = self._tried(state, t, state.served())
+            self._learn(state, trial)
+            enough = CLOSE if state.passes else self._near(state.step)
+            if state.passes == self._course.passes or np.abs(trial.away).max() <= enough:
+                return load
+            state.passes += 1
+            self._follow(state, trial)
+            if not state.by_law:
+                # What the next iterate recruits is near what the control law asks for.
+                return super().torque(state, t, True)
+            state.led = False
 
-    def demand(self, state: ConsistentState, t: float, there: Dynamics) -> np.ndarray:
+    def acceleration(
+        self, state: ConsistentState, t: float, q: np.ndarray, v: np.ndarray
+    ) -> np.ndarray:
         # What the muscles' course leaves of the law is asked for in addition, half of it at once.
         lost = self._course.tracked(state.moved[1]) / state.step**2
-        d = state.estimated - 0.5 * self.settings.disturbance_gain * lost
-        return super().demand(state, t, there) + there.M @ d
+        more = state.estimated - 0.5 * self.settings.disturbance_gain * lost
+        return super().acceleration(state, t, q, v) + more
+
+    def without(
+        self, state: ConsistentState, dq: float, dv: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        q, v = super().without(state, dq, dv)
+        return q + state.moved[0], v + state.moved[1] / state.step
 
     def excite(self, state: ConsistentState) -> tuple[Excited, Geometry]:
         trial = state.trial or self._tried(state, state.opened.end, state.served())

@@ -33,6 +33,8 @@ class CoupledState(TrackedState):
         or not, or that of the step before.
     here : Dynamics
         Those of the last iterate; CSS has none.
+    by_law, led : bool
+        The step's first iterate is where the control law leads; it is there.
     last : tuple of (n,) ndarray and float, optional
         q'' at the start of the step before, and its length.
     """
@@ -40,6 +42,8 @@ class CoupledState(TrackedState):
     opened: Opened = field(init=False)
     recruited: Recruited | None = None
     here: Dynamics = field(init=False)
+    by_law: bool = False
+    led: bool = False
     last: tuple[np.ndarray, float] | None = field(default=None, metadata=HANDED_ON)
 
     def served(self) -> Recruited:

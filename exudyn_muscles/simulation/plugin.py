@@ -274,6 +274,8 @@ class Plugin(Method):
         state.calls += 1
         state.counts.newton_iterations += not first
         torque = self.torque(t, first)
+        if state.replaced:
+            return
         if torque is not None and not math.isfinite(torque.dot(torque)):
             raise SimulationError(f"torque {torque} at t = {t:g} s is not finite")
         if first or state.change is None or state.alone is None or torque is None:

@@ -59,6 +59,8 @@ class RunState:
         Start and length of this step [s].
     calls, iteration : int
         Evaluations of the torque in this step, and the number of the last Newton iteration.
+    replaced : bool
+        The iterate is none that the method starts from, and is left as it is.
     here : Dynamics, optional
         Those at the iterate, of methods that find them for every torque.
     a, l_t : (m,) ndarray
@@ -83,6 +85,7 @@ class RunState:
     step: float = 0.0
     calls: int = 0
     iteration: int = -1
+    replaced: bool = False
     here: Dynamics | None = None
     a: np.ndarray = field(init=False, metadata=HANDED_ON)
     l_t: np.ndarray = field(init=False, metadata=HANDED_ON)

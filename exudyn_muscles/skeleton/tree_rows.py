@@ -60,6 +60,12 @@ class TreeRows(ExudynSkeleton):
 
     # Of one that is alone.
 
+    def put(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> None:
+        """Have these coordinates, speeds and accelerations (n,) in the current state."""
+        for whole, values in zip(self._opened.state.current, (q, v, a), strict=True):
+            whole[self.free] = values
+        self.basis.state(self._opened)  # what depends on them follows
+
     def whole_matrix(self, wanted: np.ndarray) -> np.ndarray:
         """Newton's matrix from the rows of the coordinates that loads act on."""
         return self.basis.whole_matrix(self._opened, wanted)
