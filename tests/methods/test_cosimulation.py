@@ -10,8 +10,10 @@ import pytest
 from exudyn.utilities import HomogeneousTransformation, RigidBodyInertia, TreeLink
 
 import exudyn_muscles as em
+from exudyn_muscles.methods import csf
 from exudyn_muscles.methods.css import css_growth, css_limit
-from models import pendulum, planar_arm
+from exudyn_muscles.skeleton.skeleton import Skeleton
+from models import leg, pendulum, planar_arm
 
 from ..differences import gradient
 from ..runs import KP, plugin_run, rms_deg
@@ -51,6 +53,25 @@ def test_the_papers_literal_scheme_gives_the_same_motion_with_two_recruitments(m
     np.testing.assert_allclose(ours.coordinates, literal.coordinates, rtol=0, atol=1e-9)
     assert ours.counts.recruitments == 101
     assert literal.counts.recruitments - 1 >= 2 * 100
+
+
+@pytest.mark.parametrize("source", [pendulum, planar_arm, leg])
+@pytest.mark.parametrize("scheme", [FULL, em.Scheme.CONSISTENT])
+def test_a_step_begins_where_the_law_leads(monkeypatch, source, scheme):
+    """With one evaluation for each recruitment, and as from the demand's own first iterate."""
+    model, motion = source.build(), source.motion()
+    motion, asked = motion.between(motion.start, motion.start + 0.2), []
+    dynamics = Skeleton.dynamics
+    monkeypatch.setattr(Skeleton, "dynamics", lambda self: asked.append(0) or dynamics(self))
+    ours = run(model, motion, scheme=scheme)
+    assert len(asked) <= ours.counts.recruitments + 2  # where the run begins
+    monkeypatch.setattr(csf, "goes_by_newmark", lambda mbs: False)
+    stepwise = run(model, motion, scheme=scheme)
+    assert len(asked) > 2.5 * ours.counts.recruitments
+    np.testing.assert_allclose(ours.coordinates, stepwise.coordinates, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(
+        ours.excitations.values, stepwise.excitations.values, rtol=0, atol=1e-6
+    )
 
 
 def test_csf_at_one_millisecond(model, motion):
