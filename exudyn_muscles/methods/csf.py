@@ -80,7 +80,7 @@ class FullScheme(CoupledScheme[S]):
         a = self.acceleration(state, t, q, v) / (mass - law.kp * dq - law.kv * dv)
         state.alone.put(q - dq * a, v - dv * a, a)
         state.led = True
-        request_jacobian(mbs)  # the one there is, is none, should Newton's method go on
+        request_jacobian(mbs)  # should Newton's method go on: there was no matrix yet
 
     def jacobian(
         self, state: S, exact: np.ndarray, mass: float, dq: float, dv: float
