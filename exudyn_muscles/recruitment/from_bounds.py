@@ -26,10 +26,12 @@ def from_bounds(A, b, low, high, near):
     """x (m,) and y (n,) from forces `near` bounds (m,), as of `Program`, and whether they were
     found."""
     n, m = A.shape
-    x, y, gap = np.empty(m), np.zeros(n), np.empty(n)
+    x, y, gap, step = np.empty(m), np.zeros(n), np.empty(n), np.empty(n)
     free, way, columns = np.empty(m), np.zeros(m), np.empty((m, n))  # -A^T y, its change, A^T
     at, G, L = np.zeros(m, np.int8), np.zeros((n, n)), np.empty((n, n))
-    gap[:] = b
+    # In loops, as numba takes seconds to compile the assignment of an array.
+    for j in range(n):
+        gap[j] = b[j]
     for i in range(m):
         for j in range(n):
             columns[i, j] = A[j, i]
@@ -41,13 +43,15 @@ def from_bounds(A, b, low, high, near):
             x[i] = 0.0
             add_square(G, columns[i], 1.0)
         less(gap, columns[i], x[i])
-    free[:] = x
+        free[i] = x[i]
     settled = False
     for round in range(ROUNDS):
-        L[:] = G
+        for j in range(n):
+            step[j] = gap[j]
+            for k in range(j + 1):
+                L[j, k] = G[j, k]
         if not factorized(L):
             return x, y, False
-        step = gap.copy()
         divided(L, step)
         stays = True
         for i in range(m):
@@ -59,7 +63,7 @@ def from_bounds(A, b, low, high, near):
         part = 1.0 if stays or round == 0 else best_part(free, way, low, high, step, b)
         for j in range(n):
             y[j] -= part * step[j]
-        gap[:] = b
+            gap[j] = b[j]
         for i in range(m):
             free[i] = 0.0
             for j in range(n):
@@ -71,7 +75,10 @@ def from_bounds(A, b, low, high, near):
                 add_square(G, columns[i], 1.0 if now == 0 else -1.0)
             at[i] = now
         if settled and stays:  # the second time takes off what rounding left
-            return x, y, np.abs(gap).max() <= MET
+            met = True
+            for j in range(n):
+                met = met and abs(gap[j]) <= MET
+            return x, y, met
         settled = stays and round > 0
     return x, y, False
 
