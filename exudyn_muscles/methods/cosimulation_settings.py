@@ -41,9 +41,9 @@ class Predictor(Enum):
 class FirstIterate(Enum):
     """What CSF does at Exudyn's predictor, whose q'' is zero.
 
-    DEMAND: recruitment begins with the next iterate. The demanded torque itself leads there, or of a
-    tree that is alone the control law at once. The converged step is the same, with one recruitment
-    less.
+    DEMAND: recruitment begins with the next iterate, to which the demanded torque itself leads, or
+    of a tree that is alone the control law at once. The converged step is the same, with one
+    recruitment less.
     RECRUIT: recruit there too, as the paper has it.
     """
 
