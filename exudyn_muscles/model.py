@@ -68,7 +68,7 @@ class MusculoskeletalModel:
     geometry : callable
         (q, q'), each (n,) -> Geometry with l, l', r and S.
     torques : callable
-        (places, forces (m + r,)) -> torques (k, n) of the forces, each at a `place` of the skeleton.
+        (places, forces (m + r,)) -> torques (k, n) of the forces at k places of the skeleton.
     loads : callable or None
         Of a system of bodies, its pose -> l, l' (m,), and what unit forces are on its coordinates
         (m + r, N).

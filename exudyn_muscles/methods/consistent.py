@@ -230,7 +230,8 @@ class ConsistentScheme(FullScheme[ConsistentState]):
     def _near(self, step: float) -> float:
         """What an iterate may be off [rad or m] to keep its excitations: what it changes in the
         control law, kp times as much, then moves the step by no more than CLOSE."""
-        return max(CLOSE, min(self._course.near, CLOSE / (self._kp * step**2)))
+        gain = self._kp * step**2
+        return max(CLOSE, min(self._course.near, CLOSE / gain if gain else np.inf))
 
     def _learn(self, state: ConsistentState, trial: Trial) -> None:
         """How what is tracked has answered to the last move, if there was one."""

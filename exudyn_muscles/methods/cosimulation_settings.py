@@ -42,8 +42,8 @@ class FirstIterate(Enum):
     """What CSF does at Exudyn's predictor, whose q'' is zero.
 
     DEMAND: recruitment begins with the next iterate, to which the demanded torque itself leads, or
-    of a tree that is alone the control law at once. The converged step is the same, with one
-    recruitment less.
+    of a tree that is alone and without user functions the control law at once. The converged step
+    is the same, with one recruitment less.
     RECRUIT: recruit there too, as the paper has it.
     """
 

@@ -1,8 +1,8 @@
 """Full co-simulation (CSF): the muscles are recruited in every corrector iteration.
 
 Where a demand is met the step leads to where the control law has it, of which each coordinate is
-one linear equation. Of a tree that is alone the first iterate is therefore put there; Newton's
-method only goes on where muscles fall short.
+one linear equation. Of a tree that is alone, by Newmark's rule, the first iterate is therefore put
+there, if no user functions look on; Newton's method only goes on where muscles fall short.
 """
 
 from __future__ import annotations
@@ -40,7 +40,12 @@ class FullScheme(CoupledScheme[S]):
     def open_step(self, state: S) -> None:
         state.recruited = None
         mbs = self.model.mbs
-        state.by_law = self._demand_first and state.alone is not None and goes_by_newmark(mbs)
+        state.by_law = (
+            self._demand_first
+            and state.alone is not None
+            and not state.watched
+            and goes_by_newmark(mbs)
+        )
         request_jacobian(mbs)  # cheaper than one recruitment more, with modified Newton
 
     def torque(self, state: S, t: float, first: bool) -> np.ndarray | None:

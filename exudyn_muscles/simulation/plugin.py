@@ -288,7 +288,7 @@ class Plugin(Method):
         state, iteration = self.state, running_solver(mbs).it
         if not state.open or iteration.currentStepIndex == 0:
             hooks.check()
-            self._begin_run(mbs, t)
+            self._begin_run(hooks, mbs, t)
             return True
         if state.calls == 0:
             hooks.check()
@@ -316,7 +316,7 @@ class Plugin(Method):
         point = q, v, a, *whole, state.a, state.l_t, skeleton.applied(place)
         state.record.add(Row(t, point, reserve, window, (q, v, *place[2:])))
 
-    def _begin_run(self, mbs: exu.MainSystem, t: float) -> None:
+    def _begin_run(self, hooks: Hooks, mbs: exu.MainSystem, t: float) -> None:
         """A run begins, or goes on where the one before has ended."""
         check_begins(mbs, t)
         state, iteration = self.state, running_solver(mbs).it
@@ -330,7 +330,7 @@ class Plugin(Method):
         state.begin_run(end, check_external_forces(mbs, t, end))
         skeleton, state.alone, state.change = self.skeleton, None, None
         if self.feeds_back and is_alone(skeleton) and takes_matrices(mbs):
-            state.alone = skeleton
+            state.alone, state.watched = skeleton, hooks.of_user
             state.matrices.append(set_newton_matrix(mbs, whole_matrix(self, skeleton)))
         if goes_on:
             step = iteration.currentStepSize

@@ -48,6 +48,8 @@ class RunState:
         tried.
     alone : TreeRows, optional
         The tree, if the run makes Newton's matrix of it itself.
+    watched : bool
+        User functions see its iterates, and may have changed them.
     change : (N, N) ndarray, optional
         If it has dependent coordinates, and the method gives slopes: how what forces are short of
         M q'' follows q'' in this step, with torques held.
@@ -79,6 +81,7 @@ class RunState:
     running: bool = False
     open: bool = False
     alone: TreeRows | None = None
+    watched: bool = False
     change: np.ndarray | None = None
     matrices: list[Callable[[], None]] = field(default_factory=list)
     ended: RunEnd | None = None

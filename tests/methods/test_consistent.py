@@ -275,6 +275,14 @@ def test_the_ideal_error():
     assert speed_error(e, e_t, kp, kv, h) == pytest.approx(then[1], rel=1e-12)
 
 
+def test_without_a_gain():
+    """kp = 0, as the other schemes take it."""
+    model, motion = pendulum.build(), pendulum.motion()
+    settings = em.CosimulationSettings(kp=0.0, kv=5.0, scheme=em.Scheme.CONSISTENT)
+    run = em.cosimulate(model, motion.between(0.0, 0.2), settings=settings)
+    assert run.tracking_error_rms().max() < 1e-3
+
+
 def test_quadrature():
     nodes = NODES
     for p in range(8):

@@ -7,7 +7,13 @@ import exudyn as exu
 import exudyn.rigidBodyUtilities as rigid
 import numpy as np
 import pytest
-from exudyn.utilities import HomogeneousTransformation, RigidBodyInertia, TreeLink
+from exudyn.utilities import (
+    HomogeneousTransformation,
+    LoadForceVector,
+    MarkerKinematicTreeRigid,
+    RigidBodyInertia,
+    TreeLink,
+)
 
 import exudyn_muscles as em
 from exudyn_muscles.methods import csf
@@ -16,7 +22,7 @@ from exudyn_muscles.skeleton.skeleton import Skeleton
 from models import leg, pendulum, planar_arm
 
 from ..differences import gradient
-from ..runs import KP, plugin_run, rms_deg
+from ..runs import KP, plugin_run, rms_deg, start_at
 from ..runs import settings as run_settings
 
 FULL, SIMPLIFIED = em.Scheme.FULL, em.Scheme.SIMPLIFIED
@@ -72,6 +78,40 @@ def test_a_step_begins_where_the_law_leads(monkeypatch, source, scheme):
     np.testing.assert_allclose(
         ours.excitations.values, stepwise.excitations.values, rtol=0, atol=1e-6
     )
+
+
+def kicked(mbs, t):
+    """A PreStep function that changes the speeds of one step."""
+    if abs(t - 0.11) < 1e-9:
+        state = mbs.systemData.GetODE2Coordinates_t()
+        mbs.systemData.SetODE2Coordinates_t(np.asarray(state) + 0.05)
+    return True
+
+
+def damped(mbs, t, iteration, discontinuous):
+    """A PreNewtonResidual function that sets a load by the iterate's speeds."""
+    speeds = np.asarray(mbs.systemData.GetODE2Coordinates_t())
+    mbs.SetLoadParameter(0, "loadVector", [0.0, -5.0 * speeds[0], 0.0])
+
+
+@pytest.mark.parametrize("hook", ["PreStep", "PreNewtonResidual"])
+@pytest.mark.parametrize("scheme", [FULL, em.Scheme.CONSISTENT])
+def test_user_functions_see_and_change_newtons_iterates(monkeypatch, scheme, hook):
+    """Not where the law leads: the same results as without that."""
+    results = []
+    for by_law in (True, False):
+        if not by_law:
+            monkeypatch.setattr(csf, "goes_by_newmark", lambda mbs: False)
+        model, motion = planar_arm.build(), planar_arm.motion()
+        mbs = model.mbs
+        marker = MarkerKinematicTreeRigid(objectNumber=0, linkNumber=1, localPosition=[0.1, 0, 0])
+        mbs.AddLoad(LoadForceVector(markerNumber=mbs.AddMarker(marker), loadVector=[0, 0, 0]))
+        mbs.Assemble()
+        getattr(mbs, f"Set{hook}UserFunction")(kicked if hook == "PreStep" else damped)
+        start_at(model, motion)
+        plugin = em.CosimulationPlugin(model, motion, em.CosimulationSettings(scheme=scheme))
+        results.append(plugin_run(model, plugin, run_settings(0.01, end=0.3)))
+    np.testing.assert_array_equal(*(result.coordinates for result in results))
 
 
 def test_csf_at_one_millisecond(model, motion):
