@@ -220,7 +220,7 @@ class CMCPlugin(UnifiedPlugin):
             q_d, v_d, _ = tracking.desired(t_0)
             q_1, v_1 = q_1 + (q - q_d), v_1 + (v - v_d)
         ahead = skeleton.dynamics_ahead(q_1, v_1, t_1, IMPLICIT_EULER)
-        Q_m = ahead.M @ a_cmc + ahead.bias  # (14) with the sign of (6)
+        Q_m = ahead.torque(a_cmc)  # (14) with the sign of (6)
         opened = muscles.open(state.a, state.l_t, state.geometry, t_0, t_1, state.at_bounds)
         reached = muscles.reach(opened, self.model.geometry(*ahead.place))
         recruited = muscles.recruit(reached, Q_m, ahead.place)

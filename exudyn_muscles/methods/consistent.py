@@ -194,10 +194,10 @@ class ConsistentScheme(FullScheme[ConsistentState]):
         more = state.estimated - 0.5 * self.settings.disturbance_gain * lost
         return super().acceleration(state, t, q, v) + more
 
-    def without(
+    def newmark_predictor(
         self, state: ConsistentState, dq: float, dv: float
     ) -> tuple[np.ndarray, np.ndarray]:
-        q, v = super().without(state, dq, dv)
+        q, v = super().newmark_predictor(state, dq, dv)
         return q + state.moved[0], v + state.moved[1] / state.step
 
     def excite(self, state: ConsistentState) -> tuple[Excited, Geometry]:

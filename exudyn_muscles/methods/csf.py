@@ -68,9 +68,9 @@ class FullScheme(CoupledScheme[S]):
 
     def demand(self, state: S, t: float, there: Dynamics) -> np.ndarray:
         """The torques (n,) that are asked for at a state."""
-        return there.M @ self.acceleration(state, t, *there.place[:2]) + there.bias
+        return there.torque(self.acceleration(state, t, *there.place[:2]))
 
-    def without(self, state: S, dq: float, dv: float) -> tuple[np.ndarray, np.ndarray]:
+    def newmark_predictor(self, state: S, dq: float, dv: float) -> tuple[np.ndarray, np.ndarray]:
         """Where the step leads if q'' at its end is zero, by a rule that takes `dq`, `dv` times as
         much off q and q'."""
         (q, v, a), h = self.skeleton.start, state.step
@@ -81,7 +81,7 @@ class FullScheme(CoupledScheme[S]):
         mbs, law = self.model.mbs, state.tracking
         assert state.alone is not None
         mass, dq, dv = newton_factors(running_solver(mbs))
-        q, v = self.without(state, dq, dv)
+        q, v = self.newmark_predictor(state, dq, dv)
         a = self.acceleration(state, t, q, v) / (mass - law.kp * dq - law.kv * dv)
         state.alone.put(q - dq * a, v - dv * a, a)
         state.led = True
@@ -91,7 +91,7 @@ class FullScheme(CoupledScheme[S]):
         self, state: S, exact: np.ndarray, mass: float, dq: float, dv: float
     ) -> np.ndarray:
         skeleton, tracking, here = self.skeleton, state.tracking, state.here
-        if state.by_law and not state.led:
+        if state.replaced:  # any matrix will do
             rows = np.zeros(exact.shape)
             rows[:, skeleton.free] = np.eye(len(rows))
             return rows

@@ -135,9 +135,10 @@ def static_optimization(
                     break
                 skeleton.go_to(q_d[n], v_d[n], t)
                 controllers.before_residual(t)
-                M, bias, place = skeleton.dynamics_held()
+                there = skeleton.dynamics_held()
+                place = there.place
                 geometry = model.geometry(*place)
-                Q_m = M @ a_d[n] + bias  # (6)
+                Q_m = there.torque(a_d[n])  # (6)
                 if last is None:
                     start = muscles.start(geometry, Q_m, t, place)
                     record.begin(t, start.reserve, start.unmet)

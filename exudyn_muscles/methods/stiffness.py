@@ -72,11 +72,11 @@ def end_stiffness(
     moved = q + DISPLACEMENT * np.eye(q.size)
     if of_demand is None:
         of_demand = np.empty((q.size, q.size))
-        demanded, places = there.M @ a + there.bias, [there.place]
+        demanded, places = there.torque(a), [there.place]
         for j, row in enumerate(moved):
-            M, bias, place = skeleton.dynamics_ahead(row, v, t, IMPLICIT_EULER)
-            of_demand[:, j] = (M @ a + bias - demanded) / DISPLACEMENT
-            places.append(place)
+            ahead = skeleton.dynamics_ahead(row, v, t, IMPLICIT_EULER)
+            of_demand[:, j] = (ahead.torque(a) - demanded) / DISPLACEMENT
+            places.append(ahead.place)
     else:
         places = [there.place, *skeleton.places_ahead(moved, v, t, IMPLICIT_EULER)]
     here, *torques = model.torques(places, recruited.recruitment.force)

@@ -111,4 +111,4 @@ class Tracking:
 
     def demand(self, t: float, there: Dynamics) -> np.ndarray:
         """Q_m (n,) of (15) at a state."""
-        return there.M @ self.acceleration(t, t, *there.place[:2]) + there.bias
+        return there.torque(self.acceleration(t, t, *there.place[:2]))

@@ -12,8 +12,7 @@ SINGULAR = 1e-13
 
 @kernel
 def factorized(G):
-    """Overwrite the lower half of G (n, n) by its Cholesky factor, rows of zeros by those of the
-    unit matrix; False: it is singular."""
+    """Overwrite the lower half of G (n, n) by its Cholesky factor; False: it is singular."""
     for j in range(G.shape[0]):
         whole = G[j, j]
         for k in range(j):
@@ -21,9 +20,7 @@ def factorized(G):
                 G[j, k] -= G[j, i] * G[k, i]
             G[j, k] /= G[k, k]
             G[j, j] -= G[j, k] * G[j, k]
-        if whole == 0.0:
-            G[j, j] = 1.0
-        elif not G[j, j] > SINGULAR * whole:
+        if not G[j, j] > SINGULAR * whole:
             return False
         G[j, j] = math.sqrt(G[j, j])
     return True

@@ -45,11 +45,13 @@ def from_bounds(A, b, low, high, near):
         less(gap, columns[i], x[i])
         free[i] = x[i]
     settled = False
-    for round in range(ROUNDS):
+    for count in range(ROUNDS):
         for j in range(n):
             step[j] = gap[j]
             for k in range(j + 1):
                 L[j, k] = G[j, k]
+            if L[j, j] == 0.0:  # nothing in the row is free: as far as the gap
+                L[j, j] = 1.0
         if not factorized(L):
             return x, y, False
         divided(L, step)
@@ -60,7 +62,7 @@ def from_bounds(A, b, low, high, near):
                 way[i] += columns[i, j] * step[j]
             stays = stays and at[i] == bound(free[i] + way[i], low[i], high[i])
         # From the guess all of it: it is no place that a y belongs to.
-        part = 1.0 if stays or round == 0 else best_part(free, way, low, high, step, b)
+        part = 1.0 if stays or count == 0 else best_part(free, way, low, high, step, b)
         for j in range(n):
             y[j] -= part * step[j]
             gap[j] = b[j]
@@ -79,7 +81,7 @@ def from_bounds(A, b, low, high, near):
             for j in range(n):
                 met = met and abs(gap[j]) <= MET
             return x, y, met
-        settled = stays and round > 0
+        settled = stays and count > 0
     return x, y, False
 
 

@@ -9,7 +9,7 @@ N. The unknowns of the quadratic program are x = F / N, its rows are scaled to l
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from enum import Enum
 from functools import partial
 
@@ -67,10 +67,8 @@ class Recruiter:
         weights: ArrayLike = 1.0,
         problem_of: Callable[[Demand], ScaledProblem] = ScaledProblem,
     ) -> None:
-        solvers = [SOLVERS[solver]]
-        if solver is Solver.DAQP:
-            solvers.insert(0, _from_bounds)
-        self._ask, self._problem_of = partial(ask, solvers, OF_SOLVER[solver]), problem_of
+        self._ask = partial(ask, solver, OF_SOLVER[solver])
+        self._problem_of = problem_of
         self._weights = np.sqrt(np.asarray(weights) / np.min(weights))
 
     def solve(self, demand: Demand) -> Recruitment:
@@ -107,11 +105,12 @@ def _only_one(A: np.ndarray) -> bool:
     return A.shape[1] == 0 or int(np.linalg.matrix_rank(A)) == A.shape[1]
 
 
-def ask(
-    solvers: Sequence[Callable[[Program], Answer]], accepted: float, problem: ScaledProblem
-) -> tuple[np.ndarray, float] | None:
-    """x and its KKT residual, of the first of the `solvers` whose answer has one of `accepted` at
-    most."""
+def ask(solver: Solver, accepted: float, problem: ScaledProblem) -> tuple[np.ndarray, float] | None:
+    """x and its KKT residual, of the first answer with one of `accepted` at most: from bounds that
+    forces are likely to be at, of least squares beside DAQP, or of the solver."""
+    solvers = [SOLVERS[solver]]
+    if solver is Solver.DAQP and problem.of_squares and problem.near is not None:
+        solvers.insert(0, partial(_from_bounds, problem.near))
     for solve in solvers:
         answer = problem.solved(solve)
         if answer is not None:
@@ -121,11 +120,8 @@ def ask(
     return None
 
 
-def _from_bounds(problem: Program) -> Answer:
-    """Where bounds are known that forces are likely to be at."""
-    if not isinstance(problem, ScaledProblem) or problem.near is None:
-        return None
-    x, y, found = from_bounds(problem.A, problem.b, problem.lb, problem.ub, problem.near)
+def _from_bounds(near: np.ndarray, problem: Program) -> Answer:
+    x, y, found = from_bounds(problem.A, problem.b, problem.lb, problem.ub, near)
     return (x, y) if found else None
 
 

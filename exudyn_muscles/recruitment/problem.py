@@ -64,6 +64,8 @@ class ScaledProblem(Program):
 
     Attributes
     ----------
+    near : (m,) int ndarray or None
+        The demand's.
     scale : (n,) ndarray
         The rows' lengths before. Coordinates that actuators cross by no more than rounding have
         none, and rows of zeros.

@@ -9,8 +9,7 @@ import numpy as np
 
 @dataclass(eq=False)
 class Program:
-    """min x P x / 2 + q x subject to A x = b, G x <= h if there are such rows, and bounds on x;
-    which of these it is likely to be `near`, as `Recruitment.at_bounds`, if that is known."""
+    """min x P x / 2 + q x subject to A x = b, G x <= h if there are such rows, and bounds on x."""
 
     P: np.ndarray
     q: np.ndarray
@@ -20,4 +19,3 @@ class Program:
     ub: np.ndarray
     G: np.ndarray | None = None
     h: np.ndarray | None = None
-    near: np.ndarray | None = None

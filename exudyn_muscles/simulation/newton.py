@@ -14,14 +14,14 @@ import exudyn as exu
 import numpy as np
 
 from ..skeleton.base import ExudynSkeleton
-from ..skeleton.tree_rows import TreeRows
+from ..skeleton.skeleton import Skeleton
 from .method import Method
 from .solver import newton_factors, running_solver
 
 
-def is_alone(skeleton: ExudynSkeleton) -> TypeGuard[TreeRows]:
+def is_alone(skeleton: ExudynSkeleton) -> TypeGuard[Skeleton]:
     """Whether it is a tree that is all of its system."""
-    return isinstance(skeleton, TreeRows) and skeleton.alone
+    return isinstance(skeleton, Skeleton) and skeleton.alone
 
 
 def addition(method: Method, skeleton: ExudynSkeleton) -> Callable[..., exu.MatrixContainer]:
@@ -42,7 +42,7 @@ def addition(method: Method, skeleton: ExudynSkeleton) -> Callable[..., exu.Matr
     return added
 
 
-def whole_matrix(method: Method, skeleton: TreeRows) -> Callable[..., bool]:
+def whole_matrix(method: Method, skeleton: Skeleton) -> Callable[..., bool]:
     """The solver's ComputeNewtonJacobian user function: the matrix of a tree that is alone."""
     nothing = np.zeros((len(skeleton.coordinates), skeleton.width))
 

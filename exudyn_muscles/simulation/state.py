@@ -13,7 +13,7 @@ from ..results.counts import Counts
 from ..results.recorder import Recorder
 from ..skeleton.geometry import Geometry
 from ..skeleton.opened import Dynamics
-from ..skeleton.tree_rows import TreeRows
+from ..skeleton.skeleton import Skeleton
 
 # Metadata of the fields that a step takes from the one before; what it needs besides is made for
 # the run, or anew in every step.
@@ -46,7 +46,7 @@ class RunState:
     attached, running, open : bool
         The plugin is attached; Exudyn has begun a run and has not reached its end; a step is being
         tried.
-    alone : TreeRows, optional
+    alone : Skeleton, optional
         The tree, if the run makes Newton's matrix of it itself.
     watched : bool
         User functions see its iterates, and may have changed them.
@@ -80,7 +80,7 @@ class RunState:
     attached: bool = False
     running: bool = False
     open: bool = False
-    alone: TreeRows | None = None
+    alone: Skeleton | None = None
     watched: bool = False
     change: np.ndarray | None = None
     matrices: list[Callable[[], None]] = field(default_factory=list)

@@ -28,6 +28,10 @@ class Dynamics(NamedTuple):
     bias: np.ndarray
     place: tuple
 
+    def torque(self, a: np.ndarray) -> np.ndarray:
+        """Q_m (n,) of accelerations z'' (n,)."""
+        return self.M @ a + self.bias
+
 
 class ForceSlopes(NamedTuple):
     """What forces on a tree take off (N, all) for a unit of the system's coordinates and speeds."""

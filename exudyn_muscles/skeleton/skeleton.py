@@ -312,6 +312,12 @@ class Skeleton(TreeRows):
         v[self.free] += dv
         self.basis.state(self._opened)  # what depends on them follows
 
+    def put(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> None:
+        """Have these coordinates, speeds and accelerations (n,) in the current state."""
+        for whole, values in zip(self._opened.state.current, (q, v, a), strict=True):
+            whole[self.free] = values
+        self.basis.state(self._opened)  # what depends on them follows
+
     def apply(self, torque: np.ndarray | None, here: Dynamics | None = None) -> None:
         self.basis.apply(self._opened, torque, here)
 

@@ -23,7 +23,7 @@ class TreeRows(ExudynSkeleton):
         return not (self.others or any(sizes))
 
     def imbalance(self, there: Dynamics, a: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        return there.M @ a + there.bias - torque
+        return there.torque(a) - torque
 
     def rows_of_law(
         self, exact: np.ndarray, here: Dynamics, mass: float, kp: Gain, kv: Gain
@@ -59,12 +59,6 @@ class TreeRows(ExudynSkeleton):
         return self.basis.all_rows(self._opened, wanted)
 
     # Of one that is alone.
-
-    def put(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> None:
-        """Have these coordinates, speeds and accelerations (n,) in the current state."""
-        for whole, values in zip(self._opened.state.current, (q, v, a), strict=True):
-            whole[self.free] = values
-        self.basis.state(self._opened)  # what depends on them follows
 
     def whole_matrix(self, wanted: np.ndarray) -> np.ndarray:
         """Newton's matrix from the rows of the coordinates that loads act on."""
