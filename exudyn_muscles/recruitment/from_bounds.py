@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
-from ..numerics.cholesky import divided, factorized
 from ..numerics.kernel import kernel
+from ..numerics.symmetric import divided, factorized
 
 ROUNDS = 20
 MET = 1e-10  # largest |A x - b| of a solution

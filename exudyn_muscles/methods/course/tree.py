@@ -15,9 +15,9 @@ import numpy as np
 from ...errors import SimulationError
 from ...model import MusculoskeletalModel
 from ...muscle.parameters import MuscleTables
-from ...numerics.cholesky import divided, factorized
 from ...numerics.curves import PackedCurves
 from ...numerics.kernel import kernel
+from ...numerics.symmetric import divided, factorized
 from ...skeleton.geometry import geometry_tables, tree_geometry
 from ...skeleton.opened import Dynamics
 from ...skeleton.skeleton import Skeleton
@@ -78,7 +78,7 @@ def tree_course(
 def accelerations(Ms, biases, smooth, torques, M, a):
     """Write q'' (k, n) that `torques` (k, n) leave where M and H - Q are polynomials: of `Ms` and
     `biases` with the weights `smooth` (k, :), `M` (n, n) for the work. Returns whether M is
-    positive definite everywhere."""
+    regular everywhere."""
     for k in range(a.shape[0]):
         M[:] = 0.0
         for i in range(a.shape[1]):
@@ -139,7 +139,7 @@ class TreeCourse:
         a = np.empty_like(torques)
         if not accelerations(Ms, biases, NODES.smooth, torques, np.empty_like(here.M), a):
             raise SimulationError(
-                f"the mass matrix is not positive definite before t = {step.end:g} s"
+                f"the mass matrix is singular between the states of the step to t = {step.end:g} s"
             )
         away = NODES.away(h, (q_0, v_0), (q_1, v_1), a)
         return Led(away, activation, tendon_length, here)
